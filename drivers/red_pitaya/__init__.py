@@ -17,6 +17,7 @@ scale.py        what its memory says of its converters
 reader.py       the boards' streams as one recording
 stream.py       samples and status records of a pipelined read
 sines.py        sines as commands, and their amplitudes read back
+silence.py      outputs at zero, as commands, and read back
 pairing.py      getting through to the server, whoever is in the way, and proving that both sockets are ours
 connection.py   the two sockets: asking, uploading, receiving
 ports.py        connecting to one port

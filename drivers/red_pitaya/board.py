@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -18,21 +17,12 @@ from drivers.red_pitaya.options import BoardTable, CardTable
 from drivers.red_pitaya.pairing import open_pair, take_over
 from drivers.red_pitaya.pins import low_levels
 from drivers.red_pitaya.scale import Scale, read_scale
-from drivers.red_pitaya.sequence import COMPONENTS, BoardProgram
+from drivers.red_pitaya.sequence import BoardProgram
+from drivers.red_pitaya.silence import OUTPUTS_OFF, QUIET_V, READ_BACK, SINES, all_off
 from drivers.red_pitaya.sines import arming, check_amplitudes
 from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record
 
-SINES = [(output, component) for output in (0, 1) for component in range(COMPONENTS)]
-OUTPUTS_OFF = [
-    *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE 0" for o, c in SINES),
-    *(f"RP:DAC:CHANNEL{o}:OFFSET 0" for o in (0, 1)),
-]
-READ_BACK = [
-    *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE?" for o, c in SINES),
-    *(f"RP:DAC:CHANNEL{o}:OFFSET?" for o in (0, 1)),
-]
 OFF_S = 1.0  # a card that has not confirmed by then is connected anew
-QUIET_V = 1e-4  # an offset register may read back its calibration's last digit
 
 
 @dataclass
@@ -104,6 +94,11 @@ class Board:
         return self._connection.ask_all(commands, self.hurry_s)
 
     @property
+    def whole(self) -> bool:
+        """See Connection.whole."""
+        return self._connection.whole
+
+    @property
     def where(self) -> str:
         """The board's address."""
         return f"{self.address.host}:{self.address.command_port}"
@@ -162,7 +157,7 @@ class Board:
         may be low though the line is not: it is always told.
         """
         lows = self._lows()
-        if not _all_off(self._connection.ask_all([*lows, *self._levels()], OFF_S)[len(lows) :], 0.0):
+        if not all_off(self._connection.ask_all([*lows, *self._levels()], OFF_S)[len(lows) :], 0.0):
             self.switch_off()
 
     def switch_off(self) -> None:
@@ -171,7 +166,7 @@ class Board:
         found = self._connection.ask_all([*off, *self._levels()], OFF_S)[len(off) :]
         if any(each != "OFF" for each in found[len(READ_BACK) :]):
             found[len(READ_BACK) :] = low_levels(self._connection, self.output_pins, OFF_S)
-        if not _all_off(found, QUIET_V):
+        if not all_off(found, QUIET_V):
             raise DeviceError(
                 "outputs could not be confirmed off",
                 where=self.where,
@@ -186,7 +181,7 @@ class Board:
         return [f"{pin_header(pin)} OFF" for pin in self.output_pins]
 
     def _levels(self) -> list[str]:
-        """Questions for what `_all_off` takes."""
+        """Questions for what `all_off` takes."""
         return [*READ_BACK, *(f"{pin_header(pin)}?" for pin in self.output_pins)]
 
     def play(self) -> tuple[bool, bool]:
@@ -290,9 +285,3 @@ class Board:
                 where=self.where,
                 remedy="make sure that nobody else uses the card",
             )
-
-
-def _all_off(found: Sequence[str | int | float], at_most_v: float) -> bool:
-    """Answers to READ_BACK, then levels of lines: voltages no larger than this, lines low."""
-    volts, levels = found[: len(READ_BACK)], found[len(READ_BACK) :]
-    return all(abs(float(v)) <= at_most_v for v in volts) and all(level == "OFF" for level in levels)

@@ -133,8 +133,9 @@ class RedPitayaCard:
             same = asked == self._asked
             programs = self._programs if same else compile_timeline(timeline, self.layout, asked[1])
             recorded, rate_hz = self._delay + timeline.total_samples, self.layout.clock.rate_hz
-            if room_is_needed(self.boards, programs, recorded, rate_hz):
-                self._empty()
+            occupied = room_is_needed(self.boards, programs, recorded, rate_hz)
+            if occupied or not all(board.whole for board in self.boards):
+                self._anew()
             self._half_told = True
             for board, program in zip(self.boards, programs, strict=True):
                 board.load(program)
@@ -208,8 +209,9 @@ class RedPitayaCard:
         """Only new connections end what there is."""
         return self._state in (CardState.ARMED, CardState.RUNNING) or self._half_told or stale(self.boards)
 
-    def _empty(self) -> None:
-        """Empty the boards' memories, as a stop does.  Raises DeviceError; DeviceStateError if a stop came first."""
+    def _anew(self) -> None:
+        """Connect anew as a stop does, which empties the boards' memories.  Raises DeviceError; DeviceStateError if a
+        stop came first."""
         if not self._stopping.acquire(blocking=False):
             raise was_stopped(WHERE)
         try:

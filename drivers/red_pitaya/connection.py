@@ -13,7 +13,7 @@ import time
 from collections import deque
 from collections.abc import Sequence
 
-from drivers.errors import DeviceLost, DeviceProtocolError, DeviceTimeout
+from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.commands import parse, reply_kind
 from drivers.red_pitaya.ports import acknowledge_at_once, said_within
 
@@ -33,6 +33,16 @@ class Connection:
         self._pending = bytearray()
         self._posted: deque[str] = deque()
         self._broken: str | None = None
+        self._no_data: DeviceError | None = None
+
+    @property
+    def whole(self) -> bool:
+        """Samples arrive, as far as is known."""
+        return self._no_data is None
+
+    def give_up_data(self, why: DeviceError) -> None:
+        """Its command connection is all it has: from now on `upload` and `receive_into` raise this."""
+        self._no_data = why
 
     def ask(self, command: str) -> Value:
         """Send one command and return its answer.  Raises DeviceTimeout, DeviceLost, DeviceProtocolError."""
@@ -87,6 +97,7 @@ class Connection:
         After a refusal the server keeps the bytes and takes them for the next upload, so the connection is unusable.
         """
         reply_kind(command)
+        self._check_data()
         with self._lock:
             self._check()
             self._send(self._command, f"{command}\n".encode())
@@ -104,6 +115,7 @@ class Connection:
 
         Raises DeviceTimeout if no byte comes for `timeout_s`, DeviceLost if the server closes.
         """
+        self._check_data()
         self._data.settimeout(timeout_s)
         filled = 0
         while filled < len(target):
@@ -229,6 +241,10 @@ class Connection:
                 why=self._broken,
                 remedy="POST /stop (or start anew), which connects again with outputs off",
             )
+
+    def _check_data(self) -> None:
+        if self._no_data is not None:
+            raise self._no_data
 
     def _another_service(self, heard: str) -> DeviceProtocolError:
         return DeviceProtocolError(

@@ -13,7 +13,8 @@ one's, whoever made it.  Seen on the real server:
 * A client that closes and connects again at once can hang the server for good: two of its threads end the same third
   one.  So nothing is closed here before the connection after it has been answered.
 * A server that stands still for some seconds meets all who came meanwhile at once, and hangs in the same way if one of
-  them has gone.  So a pair that it does not answer stays open, and is what the next attempt waits for.
+  them has gone.  So a pair that it does not answer stays open, and is what the next attempt waits for.  Each second
+  attempt is made with a new one: what the old ones wait for may be lost.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ PROOF_S = 0.5
 
 Pair = tuple[socket.socket, socket.socket]  # command and data
 
-UNSERVED = 2  # pairs, as many as wait at its ports
+UNSERVED = 4  # pairs; where a server stands still two wait at its ports, so one with more of them has taken some
 _UNSERVED: dict[tuple[str, tuple[int, int]], list[Pair]] = {}
 """By address, what its server has not answered yet, for whoever tries again in this process."""
 
@@ -51,7 +52,8 @@ def open_pair(
 ) -> Connection:
     """Connect to a server in whatever state it is; no new attempt from `until_s` (monotonic) on, but one at least.
 
-    off: the commands that switch the outputs off, which are the first that are sent.  Raises DeviceNotFound if nothing
+    off: the commands that switch the outputs off, which are the first that are sent.  Where time is short that is what
+    counts, and a pair on which no samples arrive will do (`Connection.whole`).  Raises DeviceNotFound if nothing
     listens, DeviceTimeout if it does not answer, DeviceLost if it hangs up each time, DeviceProtocolError if it, or its
     data port, is something else.
     """
@@ -62,7 +64,7 @@ def open_pair(
             if attempt and time.monotonic() >= until_s:
                 break
             try:
-                return _attempt(attempt, host, ports, timeout_s, off, held)
+                return _attempt(attempt, host, ports, timeout_s, off, held, until_s)
             except DeviceTimeout:
                 error = error if isinstance(error, DeviceProtocolError) else _silent(host, ports)
             except Unanswered:
@@ -102,7 +104,7 @@ def take_over(old: Connection, host: str, ports: tuple[int, int], timeout_s: flo
             ask_anew(host)  # it may have been off and on
             return open_pair(host, ports, timeout_s, off, until_s)
         try:
-            return _prove(host, ports, timeout_s, off, _data_connection(host, ports, held), held)
+            return _prove(host, ports, timeout_s, off, _data_connection(host, ports, held), held, until_s)
         except DeviceError:
             old.abandon()
             time.sleep(HALF_OPEN_S)
@@ -130,14 +132,23 @@ class _HalfOpen(Exception):
 
 
 def _attempt(
-    attempt: int, host: str, ports: tuple[int, int], timeout_s: float, off: Sequence[str], held: list[socket.socket]
+    attempt: int,
+    host: str,
+    ports: tuple[int, int],
+    timeout_s: float,
+    off: Sequence[str],
+    held: list[socket.socket],
+    until_s: float,
 ) -> Connection:
     """With a pair that waits to be served, which has the first attempt and each second one after it, or a new one."""
     waiting = _UNSERVED.get((host, ports), [])
-    if waiting and (attempt % 2 == 0 or len(waiting) >= UNSERVED):
+    if waiting and attempt % 2 == 0:
         command, data = waiting.pop()
-        return _prove(host, ports, timeout_s, off, data, held, command)
-    data = _data_connection(host, ports, held)
+        return _prove(host, ports, timeout_s, off, data, held, until_s, command)
+    # Where others wait, nobody must be sent to the command port alone to make room: that one would go again.
+    data = connect(host, ports[1], QUEUE_S) if waiting else _data_connection(host, ports, held)
+    while len(waiting) >= UNSERVED:
+        held += waiting.pop(0)
     said = said_within(data, HALF_OPEN_S)
     if said is not None:
         data.close()
@@ -146,7 +157,7 @@ def _attempt(
     if said == b"":
         time.sleep(HALF_OPEN_S)
         raise _HalfOpen
-    return _prove(host, ports, timeout_s, off, data, held)
+    return _prove(host, ports, timeout_s, off, data, held, until_s)
 
 
 def _data_connection(host: str, ports: tuple[int, int], held: list[socket.socket]) -> socket.socket:
@@ -166,15 +177,16 @@ def _prove(
     off: Sequence[str],
     data: socket.socket,
     held: list[socket.socket],
+    until_s: float,
     waiting: socket.socket | None = None,
 ) -> Connection:
     """Command connections, one after the other, until one has this data connection; the others go into `held`.
 
-    waiting: the first of them, which has sent its mark already.
+    until_s: as in `open_pair`; waiting: the first of them, which has sent its mark already.
     """
     where = f"{host}:{ports[1]}"
     try:
-        for _ in range(QUEUE):
+        for tries in range(1, QUEUE + 1):
             command, asked, waiting = waiting or connect(host, ports[0]), waiting is not None, None
             held.append(command)
             connection = Connection(command, data, f"{host}:{ports[0]}", timeout_s)
@@ -204,12 +216,16 @@ def _prove(
                 for pair in _UNSERVED.pop((host, ports), []):  # the server has thrown them out by now
                     held += pair
                 return connection
+            if time.monotonic() >= until_s or (tries == QUEUE and until_s < math.inf):
+                held.remove(command)
+                connection.give_up_data(_no_samples(where, tries))
+                return connection
     except DeviceError:
         if not any(data in pair for pair in _UNSERVED.get((host, ports), [])):
             data.close()
         raise
     data.close()
-    raise _foreign(where, f"of {PROOF_SAMPLES} samples that were asked for {QUEUE} times none arrived")
+    raise _no_samples(where, QUEUE)
 
 
 def _samples_arrive(connection: Connection) -> bool:
@@ -230,6 +246,10 @@ def _silent(host: str, ports: tuple[int, int]) -> DeviceTimeout:
         f"connected to its data port, or its data port is not {ports[1]}",
         remedy="correct io_card.boards.data_port, end that program, or restart the card's DAQ server (or the card)",
     )
+
+
+def _no_samples(where: str, tries: int) -> DeviceProtocolError:
+    return _foreign(where, f"of {PROOF_SAMPLES} samples that were asked for {tries} times none arrived")
 
 
 def _foreign(where: str, why: str) -> DeviceProtocolError:

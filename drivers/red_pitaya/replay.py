@@ -14,10 +14,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, PlatformError, ShotRefused
-from drivers.red_pitaya.board import OUTPUTS_OFF, QUIET_V, READ_BACK, Board
+from drivers.red_pitaya.board import Board
 from drivers.red_pitaya.emergency import EMERGENCY, EMERGENCY_PIN, emergency_stop
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.sequence import BoardProgram, Sine
+from drivers.red_pitaya.silence import OUTPUTS_OFF, QUIET_V, READ_BACK
 from drivers.red_pitaya.sines import arming, check_amplitudes
 from drivers.red_pitaya.stream import Continuity, Record
 from drivers.red_pitaya.watchdog import COUNTER_PINS, STEPS, WIRE_PIN, armed, check_armed, counter_step

@@ -240,8 +240,13 @@ class Conversation:
 
     def _write(self, data: bytes) -> bool:
         """Send on the data socket.  While it is blocked commands are served, and STOP ends it: False.  A client that
-        has gone is not noticed."""
-        view = memoryview(self._faults.outgoing(data, "data"))
+        has gone is not noticed.  Raises Hangup."""
+        try:
+            view = memoryview(self._faults.outgoing(data, "data"))
+        except Hangup as fault:
+            with suppress(OSError):
+                self._data.send(fault.last)
+            raise Hangup from None
         self._data.setblocking(False)
         try:
             while view and not self._evicted.is_set():

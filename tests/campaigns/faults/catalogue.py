@@ -6,7 +6,7 @@ outcome and words that the error or the reason of the refused shot must contain.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 CARDS = ("io_card_0", "io_card_1")
@@ -80,17 +80,17 @@ WORDS = {
 }
 
 CARD_SITES = (
-    Site("connect", ("*IDN?",), early=True),
-    Site(
-        "identify",
-        ("COMPONENT1:AMPLITUDE 0", "VERSION:IMAGE", "CALIB:ADC:CHANNEL0:SCALE", "CALIB:FLAGS", "ADC:DECIMATION?"),
-        early=True,
-    ),
-    Site("arm", ("SEQ:SET", "MODE ACQUISITION"), when="idle"),
+    Site("connect", ("*IDN?", "COMPONENT1:AMPLITUDE 0"), early=True),
+    Site("identify", ("VERSION:IMAGE", "CALIB:ADC:CHANNEL0:SCALE", "CALIB:FLAGS", "ADC:DECIMATION?"), early=True),
+    Site("arm", ("MODE ACQUISITION",), when="idle"),  # the second card has nothing to play in these shots
     Site("TX", ("RP:TRIGGER?", "PIPELINED")),
     Site("readout", ("RP:STATUS?", "INSTANTRESET:TRIGGERED?", "MODE CONFIGURATION", "TRIGGER:ALIVE ON")),
     Site("off", ("CHANNEL0:OFFSET?", "COMPONENT1:AMPLITUDE?"), when="after_shot"),
     Site("idle", ("RP:MODE?",), when="idle"),
+)
+MASTER_SITES = (
+    *(replace(site, asked=("SEQ:SET", *site.asked)) if site.phase == "arm" else site for site in CARD_SITES),
+    Site("RX", ("RP:ADC:WP?",)),
 )
 STREAM_SITES = (
     Site("TX", chunks=(0, 1)),
@@ -141,8 +141,8 @@ def _wire(device: str, kind: str, site: Site, outcome: Outcome, part: str = "") 
 
 
 def _card_cells() -> list[Cell]:
-    """The command socket.  What goes wrong while connecting or while proving outputs off is mended by a new connection;
-    a link that stays dead is not."""
+    """The command socket.  What goes wrong while connecting or while proving outputs off is mended by a new connection,
+    and so is a card that hangs up while it is asked who it is; a link that stays dead is not."""
     outcomes = {
         "connect": (Outcome.VALID, Outcome.NO_START),
         "identify": (Outcome.NO_START, Outcome.NO_START),
@@ -154,11 +154,12 @@ def _card_cells() -> list[Cell]:
     }
     found = []
     for device in CARDS:
-        sites = [*CARD_SITES, Site("RX", ("RP:ADC:WP?",))] if device == CARDS[0] else CARD_SITES
+        sites = MASTER_SITES if device == CARDS[0] else CARD_SITES
         for site in sites:
             once, for_good = outcomes.get(site.phase, (Outcome.STOPPED, Outcome.STOPPED))
-            found += [_wire(device, kind, site, once, "commands") for kind in LOST]
-            found += [_wire(device, kind, site, for_good, "commands") for kind in DEAD]
+            hung_up = Outcome.VALID if site.phase == "identify" else once
+            lost = {**dict.fromkeys(LOST, once), "disconnect": hung_up, **dict.fromkeys(DEAD, for_good)}
+            found += [_wire(device, kind, site, outcome, "commands") for kind, outcome in lost.items()]
             found.append(_wire(device, SLOW, site, Outcome.VALID, "commands"))
     return found
 

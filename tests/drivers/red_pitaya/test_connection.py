@@ -19,6 +19,8 @@ from tests.kit.command_line import wait_for
 from tests.kit.scripted_daq_server import ScriptedDaqServer, answering, lines, listener, prove
 
 TCP_REPAIR = 19  # of Linux: closed then, it tells the other end nothing
+WAITING = 2  # connections, at each port of a server that stands still
+OFF = "RP:DAC:CHANNEL0:OFFSET 0"
 IDENTITY = b"CUSTOM,REDPITAYA,0,0.1\r\n"
 
 
@@ -27,6 +29,7 @@ def impatient(monkeypatch):
     monkeypatch.setattr(sockets, "MARK_S", 0.3)
     monkeypatch.setattr(module, "PROOF_S", 0.3)
     monkeypatch.setattr(module, "HALF_OPEN_S", 0.05)
+    monkeypatch.setattr(module, "QUEUE_S", 0.3)
     monkeypatch.setattr(module, "ATTEMPTS", 2)
     monkeypatch.setattr(module, "_UNSERVED", {})  # ports are used again
 
@@ -336,7 +339,7 @@ def test_a_server_that_stands_still_is_left_few_pairs_that_all_stay_open(stops):
             with pytest.raises(DeviceTimeout):
                 take_over(connection, "127.0.0.1", server.ports, 0.3, ())
         assert server.gone.wait(0.1) is False
-        assert server.waiting() == [module.UNSERVED, module.UNSERVED]
+        assert server.waiting() == [WAITING, WAITING]
         assert all(said_within(each, 0.0) != b"" for each in server.kept)
 
 
@@ -384,7 +387,7 @@ def test_pairs_that_waited_in_vain_for_a_card_that_was_switched_off_and_on_are_m
         for _ in range(2):
             with pytest.raises(DeviceTimeout):
                 take_over(connection, "127.0.0.1", server.ports, 0.3, ())
-        assert server.waiting() == [module.UNSERVED, module.UNSERVED]
+        assert server.waiting() == [WAITING, WAITING]
         for each in server.kept:
             each.setsockopt(socket.IPPROTO_TCP, TCP_REPAIR, 1)
             each.close()
@@ -393,6 +396,46 @@ def test_pairs_that_waited_in_vain_for_a_card_that_was_switched_off_and_on_are_m
         new = take_over(connection, "127.0.0.1", server.ports, 0.3, ())
         assert new.ask("RP:ADC:WP?") == 7
         new.close()
+
+
+def test_answers_that_are_lost_keep_no_later_pair_away(serve):
+    """Whoever only waited for those that were taken first would wait for ever."""
+
+    def forgets(command, data):
+        pass
+
+    ports = serve(forgets, forgets, forgets, answering({"RP:ADC:WP?": "7"}))
+    for _ in range(2):
+        with pytest.raises(DeviceTimeout):
+            opened(ports)
+    connection = opened(ports)
+    assert connection.ask("RP:ADC:WP?") == 7
+    connection.close()
+
+
+@pytest.mark.parametrize("lives", [True, False])
+def test_a_stop_can_do_without_samples_and_only_a_stop(serve, monkeypatch, lives):
+    elsewhere = socket.socketpair()
+
+    def without_data(command, data):
+        answering({"RP:ADC:WP?": "7", OFF: "1"})(command, elsewhere[0])
+
+    monkeypatch.setattr(module, "TAKE_OVER_S", 0.0)
+    old = opened(serve(answering({"RP:ADC:WP?": "7"})))
+    if not lives:
+        old.close()
+    ports = serve(without_data)
+    new = take_over(old, "127.0.0.1", ports, 0.3, [OFF])
+    assert new.ask("RP:ADC:WP?") == 7
+    assert not new.whole
+    for of_no_use in (
+        lambda: new.upload("RP:DAC:SEQ:LUT 1,1", bytes(4)),
+        lambda: new.receive_into(memoryview(bytearray(4)), 0.1),
+    ):
+        with pytest.raises(DeviceProtocolError, match="of 16 samples that were asked for 1 times none arrived"):
+            of_no_use()
+    for each in (new, *elsewhere):
+        each.close()
 
 
 def test_a_card_that_has_hung_up_may_have_another_address_once_it_is_back(serve, monkeypatch):

@@ -11,7 +11,7 @@ import pytest
 
 from drivers.conformance.io_card import collect
 from drivers.conformance.timelines import short_shot
-from drivers.errors import DeviceDenied, DeviceError, DeviceFault, DeviceLost, DeviceProtocolError
+from drivers.errors import DeviceDenied, DeviceError, DeviceFault, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.inventory import find_devices
 from drivers.io_card import CardState
 from drivers.registry import build_platform
@@ -68,6 +68,22 @@ def test_a_card_that_another_client_takes_between_shots_is_noticed(own):
     platform.outputs_off()
     assert whole_shot(platform.card)
     other.close()
+
+
+@pytest.mark.long
+def test_a_card_whose_samples_do_not_arrive_is_off_all_the_same_and_plays_nothing_until_they_do(own):
+    lab, platform = own
+    card = platform.card
+    timeline = short_shot(card.capabilities())
+    lab.control("wire_fault", kind="one_way_link", device="io_card_0", stream="data")
+    with pytest.raises(DeviceTimeout, match="no samples arrive"):
+        list(collect(card, timeline, 5000))
+    platform.outputs_off()
+    with pytest.raises(DeviceProtocolError, match=r"of 16 samples.*none arrived"):
+        card.program(timeline)
+    lab.control("repair")
+    platform.outputs_off()
+    assert whole_shot(card)
 
 
 def test_a_reconnect_does_not_resume_output(own):
