@@ -184,7 +184,7 @@ def _prove(
 
     until_s: as in `open_pair`; waiting: the first of them, which has sent its mark already.
     """
-    where = f"{host}:{ports[1]}"
+    where, ours = f"{host}:{ports[1]}", False
     try:
         for tries in range(1, QUEUE + 1):
             command, asked, waiting = waiting or connect(host, ports[0]), waiting is not None, None
@@ -199,6 +199,7 @@ def _prove(
                         notice_its_end(each, from_now_on=True)
                     _UNSERVED.setdefault((host, ports), []).append((command, data))
                     raise
+                ours = tries > 1  # with the client before it went what that one had, and no samples had arrived
                 data.close()
                 data = connect(host, ports[1], QUEUE_S)
                 connection = Connection(command, data, f"{host}:{ports[0]}", timeout_s)
@@ -216,16 +217,18 @@ def _prove(
                 for pair in _UNSERVED.pop((host, ports), []):  # the server has thrown them out by now
                     held += pair
                 return connection
-            if time.monotonic() >= until_s or (tries == QUEUE and until_s < math.inf):
-                held.remove(command)
-                connection.give_up_data(_no_samples(where, tries))
-                return connection
+            if ours or time.monotonic() >= until_s:
+                break
+        if until_s < math.inf:
+            held.remove(command)
+            connection.give_up_data(_no_samples(where, tries))
+            return connection
     except DeviceError:
         if not any(data in pair for pair in _UNSERVED.get((host, ports), [])):
             data.close()
         raise
     data.close()
-    raise _no_samples(where, QUEUE)
+    raise _no_samples(where, tries)
 
 
 def _samples_arrive(connection: Connection) -> bool:
