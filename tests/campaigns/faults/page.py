@@ -51,6 +51,9 @@ Mended in driver or daemon, with a test each, not by another expectation:
 * An answer that came after a serial line had been reopened was taken for that of the next question.
 * A self-test that was itself no good shot ended the series; it is made once more.
 * After shots had been moved to disk beside the next shot, one was lost if that next one was refused in its first chunk.
+* A card that obeyed and whose samples did not arrive was connected anew for so long that its outputs were told as
+  unconfirmed; a stop is now proved by the command connection alone.
+* Connections whose first answers had been lost were waited for as if the card stood still, and no new one was made.
 
 Left out: `dropped_samples` of the simulated card, a recording that skips 64 samples and says nothing. A latched trip
 stays until somebody resets it, `POST /devices/power_amplifier/reset` ([rest.md](rest.md)). All this is with gate and
