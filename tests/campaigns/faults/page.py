@@ -13,8 +13,8 @@ HEAD = """# The fault campaign
 
 What a fault of the devices or of their wires comes to, on the emulated lab: two I/O cards, serial switch and LNA,
 amplifier over USBTMC, and the daemon's engine and store above the real drivers. Written by `make fault-campaign`
-(seed {seed}); the outcomes were written down in `tests/campaigns/faults/catalogue.py` before the run. A fault
-strikes the answer to one command, one write of the data stream, or one shot, drawn at random within its phase; then
+(seed {seed}, faults number {first} to {last}); the outcomes were written down in `tests/campaigns/faults/catalogue.py`
+before the run. A fault strikes the answer to one command, one write of the data stream, or one shot, drawn at random within its phase; then
 the lab is repaired and a clean shot is asked for, after a fault of a device with a self-test before it.
 
 After each fault it is checked, by the world's own record and not by that of the drivers, that power could reach the
@@ -74,8 +74,11 @@ def text(records: Sequence[dict[str, Any]], seed: int) -> str:
     """The page."""
     good = [r for r in records if not r["complaints"]]
     times = sorted(r["told_s"] for r in records) or [0.0]
+    numbers = sorted(r["index"] for r in records) or [0]
     head = HEAD.format(
         seed=seed,
+        first=numbers[0],
+        last=numbers[-1],
         off_within=OFF_WITHIN_S,
         faults=len(records),
         expected=len(good),
