@@ -45,6 +45,7 @@ SPREAD = 0.05
 """... and how much their spread may differ from 1."""
 _CUTS = 4  # of one series
 _BACK_S = 60.0
+_SERIES_S = 600.0  # a whole series, beside other programs
 HEAD = """# Series that were cut off and resumed
 
 `make resume-kills` (`python -m tests.campaigns.resume_kills {arguments}`): series of {shots} shots (jewel, RX 0.6 s,
@@ -130,7 +131,7 @@ def _whole(daemon: Served, plan: Plan, cuts: int, chance: random.Random, found: 
         before += [] if kept is None else [kept.frame_volts(k) for k in range(len(before), frames)]
         joins |= {frames} - {0, plan.shots}
         _until(lambda: _accepted(daemon.post(f"/acquisitions/{job}/resume", {})))
-    state = _until(lambda: _ended(daemon, job))
+    state = _until(lambda: _ended(daemon, job), _SERIES_S)
     if state != "done":
         found.wrong.append(f"{job} has ended as {state}: {daemon.get(f'/acquisitions/{job}').json()['error']}")
     whole = open_recording(path)
@@ -179,9 +180,9 @@ def _ended(daemon: Served, job: str) -> str | None:
     return state if state in ("done", "failed", "cancelled") else None
 
 
-def _until(there: Callable[[], Any]) -> Any:
-    """What it gives once it gives something.  Raises AssertionError after a minute."""
-    until = time.monotonic() + _BACK_S
+def _until(there: Callable[[], Any], patience_s: float = _BACK_S) -> Any:
+    """What it gives once it gives something.  Raises AssertionError if that takes longer."""
+    until = time.monotonic() + patience_s
     while not (found := there()):
         assert time.monotonic() < until, "it does not come back"
         time.sleep(0.05)
