@@ -14,8 +14,9 @@ HEAD = """# The fault campaign
 What a fault of the devices or of their wires comes to, on the emulated lab: two I/O cards, serial switch and LNA,
 amplifier over USBTMC, and the daemon's engine and store above the real drivers. Written by `make fault-campaign`
 (seed {seed}, faults number {first} to {last}); the outcomes were written down in `tests/campaigns/faults/catalogue.py`
-before the run. A fault strikes the answer to one command, one write of the data stream, or one shot, drawn at random within its phase; then
-the lab is repaired and a clean shot is asked for, after a fault of a device with a self-test before it.
+before the run. A fault strikes the answer to one command, one write of the data stream, or one shot, drawn at random
+within its phase; then the lab is repaired and a clean shot is asked for, after a fault of a device with a self-test
+before it.
 
 After each fault it is checked, by the world's own record and not by that of the drivers, that power could reach the
 coils for no longer than {off_within:g} s after it; that DACs, gate and amplifier are off; that power never met a
