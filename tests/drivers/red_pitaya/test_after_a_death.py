@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import time
 
 import pytest
@@ -17,7 +18,8 @@ from tests.kit.reference_daq_server import ReferenceServer
 
 
 @pytest.fixture
-def server():
+def server(monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # ports are used again, and what is noted outlives a test
     made = ReferenceServer()
     yield made
     made.close()
