@@ -398,16 +398,20 @@ def test_pairs_that_waited_in_vain_for_a_card_that_was_switched_off_and_on_are_m
         new.close()
 
 
-def test_answers_that_are_lost_keep_no_later_pair_away(serve):
-    """Whoever only waited for those that were taken first would wait for ever."""
+@pytest.mark.parametrize("lost", [3, 6])
+def test_answers_that_are_lost_keep_no_later_pair_away(serve, monkeypatch, lost):
+    """Whoever only waited for those that were taken first would wait for ever; and they do not pile up."""
+    unserved = {}
+    monkeypatch.setattr(module, "_UNSERVED", unserved)
 
     def forgets(command, data):
         pass
 
-    ports = serve(forgets, forgets, forgets, answering({"RP:ADC:WP?": "7"}))
-    for _ in range(2):
+    ports = serve(*[forgets] * lost, answering({"RP:ADC:WP?": "7"}))
+    for _ in range(lost - 1):
         with pytest.raises(DeviceTimeout):
             opened(ports)
+    assert len(unserved["127.0.0.1", ports]) == min(lost, module.UNSERVED)
     connection = opened(ports)
     assert connection.ask("RP:ADC:WP?") == 7
     connection.close()
