@@ -22,6 +22,7 @@ from drivers.red_pitaya.silence import OUTPUTS_OFF, QUIET_V, READ_BACK, SINES, a
 from drivers.red_pitaya.sines import arming, check_amplitudes
 from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record
 
+RUNNING = 16  # bit of the server's status
 OFF_S = 1.0  # a card that has not confirmed by then is connected anew
 
 
@@ -30,7 +31,8 @@ class Board:
     """One board and its connection; the last one passes the trigger on to nobody.
 
     after_shot: what it is told when the trigger has gone; hurry_s: how long to wait for answers and samples while a
-    gate is high by command, None: as the table says; written: its write pointer when `play` was asked last.
+    gate is high by command, None: as the table says; written: its write pointer when `play` was asked last; clearing:
+    the server was emptying its memory then.
     """
 
     after_shot: ClassVar[tuple[str, ...]] = ("RP:MODE CONFIGURATION",)
@@ -43,6 +45,7 @@ class Board:
     version: str = field(init=False, default="")
     hurry_s: float | None = field(init=False, default=None)
     written: int = field(init=False, default=0)
+    clearing: bool = field(init=False, default=False)
     _loaded: BoardProgram | None = field(init=False, default=None)
     _sounding: list[str] = field(init=False, default_factory=list)
     _connection: Connection = field(init=False)
@@ -69,7 +72,7 @@ class Board:
         """
         self._adopt()
         self._loaded = self.hurry_s = None
-        self._sounding = []
+        self._sounding, self.clearing = [], False
         self._identify()
         self.switch_off()
         self._configure()
@@ -141,14 +144,15 @@ class Board:
         back wrong, DeviceFault if the emergency input is high.
         """
         scales = [self.scale.output[s.output] for s in program.sines]
-        waves, amplitudes, self._sounding = arming(program.sines, scales)
-        checks, sequence = self._sounding, [] if program.silent else ["RP:DAC:SEQ:SET"]
+        waves, amplitudes, checks = arming(program.sines, scales)
+        self._sounding, sequence = checks, [] if program.silent else ["RP:DAC:SEQ:SET"]
         commands = [*waves, *sequence, *amplitudes, *checks, "RP:MODE ACQUISITION"]
         emergency, *answers = self.ask("RP:INSTANTRESET:STATUS?", *commands)
         if emergency and self.table.instant_reset:
             raise emergency_stop(self.where, "the emergency input keeps the outputs off")
-        found = answers[len(answers) - 1 - len(checks) : -1]
-        check_amplitudes(program.sines, scales, [float(v) for v in found], self.where)
+        found = [float(v) for v in answers[len(answers) - 1 - len(checks) : -1]]
+        check_amplitudes(program.sines, scales, found, self.where)
+        self._sounding = [question for question, volts in zip(checks, found, strict=True) if volts]
 
     def quiet(self) -> None:
         """DIO lines low, sines and offsets read back off, and switched off if they are not; errors as in `switch_off`.
@@ -189,10 +193,18 @@ class Board:
 
         That input holds the stepper, too: a sequence that it has stopped seems to run for ever.  A busy server may not
         have noticed the trigger yet, but has not zeroed the amplitudes then; set again, it would open all gates.
+        One that has zeroed them empties its memory (stopTx does so first), which takes it 50 ms more: see `rests`.
         """
         status, emergency, written, *volts = self.ask("RP:STATUS?", EMERGENCY, "RP:ADC:WP?", *self._sounding)
         self.written = int(written)
-        return bool(int(status) & 16) or any(map(float, volts)), bool(emergency) and self.table.instant_reset
+        running, sounds = bool(int(status) & RUNNING), any(map(float, volts))
+        self.clearing = running and bool(volts) and not sounds
+        return (running and not self.clearing) or sounds, bool(emergency) and self.table.instant_reset
+
+    def rests(self) -> bool:
+        """Whether the server has done with the last sequence; only then does it take another."""
+        self.clearing = self.clearing and bool(int(self.ask("RP:STATUS?")[0]) & RUNNING)
+        return not self.clearing
 
     def watch(self) -> None:
         """Ask for the emergency input without waiting, and look at the answer to the question before.

@@ -137,6 +137,7 @@ class RedPitayaCard:
             if occupied or not all(board.whole for board in self.boards):
                 self._anew()
             self._half_told = True
+            trigger.wait_for_rest(self.boards, self._table.reply_timeout_s)
             for board, program in zip(self.boards, programs, strict=True):
                 board.load(program)
             self._half_told = False
@@ -247,7 +248,10 @@ class RedPitayaCard:
             self._let_go()
 
     def _finish(self) -> None:
-        """The last sample is here: let the sequences end, then make the boards ready for the next shot."""
+        """The last sample is here: let the sequences end, then make the boards ready for the next shot.
+
+        Their servers still empty the memories then, and `program` waits for that: the samples need not.
+        """
         play_s = self._table.reply_timeout_s + max(p.samples for p in self._programs) / self.layout.clock.rate_hz
         self._pins.low()
         stopped = trigger.wait_for_sequences(self.boards, play_s)

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, PlatformError, ShotRefused
-from drivers.red_pitaya.board import Board
+from drivers.red_pitaya.board import RUNNING, Board
 from drivers.red_pitaya.emergency import EMERGENCY, EMERGENCY_PIN, emergency_stop
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.sequence import BoardProgram, Sine
@@ -24,7 +24,7 @@ from drivers.red_pitaya.stream import Continuity, Record
 from drivers.red_pitaya.watchdog import COUNTER_PINS, STEPS, WIRE_PIN, armed, check_armed, counter_step
 
 GRANULE = 32  # the write pointer goes in steps of so many samples
-TRIGGERED, RUNNING = 8, 16  # bits of the server's status
+TRIGGERED = 8  # bit of the server's status
 
 
 @dataclass

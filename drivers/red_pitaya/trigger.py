@@ -64,7 +64,8 @@ def prove(boards: Sequence[Board]) -> None:
 
 
 def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
-    """Wait until every board has played its sequence to the end: only then may the trigger go off.
+    """Wait until every board has played its sequence to the end, and its server has seen that: only then may the
+    trigger go off.
 
     Returns where the emergency input has switched the outputs off.  Raises DeviceTimeout if a sequence plays on.
     """
@@ -82,6 +83,20 @@ def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
                 )
             time.sleep(1e-3)
     return stopped
+
+
+def wait_for_rest(boards: Sequence[Board], timeout_s: float) -> None:
+    """Wait until every server has emptied its memory of the shot before.  Raises DeviceTimeout if one goes on."""
+    deadline = time.monotonic() + timeout_s
+    for board in boards:
+        while not board.rests():
+            if time.monotonic() > deadline:
+                raise DeviceTimeout(
+                    "the sequence of the shot before does not end",
+                    where=board.where,
+                    remedy="stop the card, which connects anew",
+                )
+            time.sleep(1e-3)
 
 
 def check_in_step(boards: Sequence[Board], at_the_end: int) -> None:

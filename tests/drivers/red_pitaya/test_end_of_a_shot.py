@@ -17,14 +17,14 @@ TRIGGERED, PLAYING, VOLTS = 8, 16, 0.1
 
 class Server:
     """Answers like the real one, whose thread sees only at question `notices` that the card has been triggered: until
-    then it does not say that it plays; at question `ends` it has zeroed the amplitudes."""
+    then it does not say that it plays; at question `ends` it has zeroed the amplitudes, and at `rests` its memory."""
 
-    def __init__(self, notices: int, ends: int) -> None:
-        self._notices, self._ends, self.asked = notices, ends, 0
+    def __init__(self, notices: int, ends: int, rests: int = 0) -> None:
+        self._notices, self._ends, self._rests, self.asked = notices, ends, max(ends, rests), 0
 
     def ask_all(self, commands: Sequence[str], timeout_s: float | None = None) -> list[str | int | float]:
         self.asked += any(c == "RP:STATUS?" for c in commands)
-        plays = self._notices <= self.asked < self._ends
+        plays = self._notices <= self.asked < self._rests
         volts = VOLTS if self.asked < self._ends else 0.0
         return [self._answer(c, plays=plays, volts=volts) for c in commands]
 
@@ -54,6 +54,31 @@ def test_a_server_that_has_not_noticed_the_trigger_yet_is_waited_for(notices: in
 def test_a_server_that_never_notices_it_is_an_error() -> None:
     with pytest.raises(DeviceTimeout, match="does not end"):
         trigger.wait_for_sequences([armed(Server(10**6, 10**6), Sine(1, 2, 212.0, VOLTS, 0.0))], 0.05)
+
+
+def test_the_samples_do_not_wait_until_the_memory_is_empty_and_the_next_shot_does() -> None:
+    server = Server(2, ends=20, rests=50)
+    board = armed(server, Sine(0, 0, 212.0, VOLTS, 0.0))
+    assert trigger.wait_for_sequences([board], 5.0) == []
+    assert server.asked == 20
+    trigger.wait_for_rest([board], 5.0)
+    assert server.asked == 50
+    trigger.wait_for_rest([board], 5.0)
+    assert server.asked == 50, "a server that rests is not asked again"
+
+
+def test_a_memory_that_is_never_empty_is_an_error_of_the_next_shot() -> None:
+    board = armed(Server(0, 1, rests=10**6), Sine(0, 0, 212.0, VOLTS, 0.0))
+    assert trigger.wait_for_sequences([board], 5.0) == []
+    with pytest.raises(DeviceTimeout, match="shot before does not end"):
+        trigger.wait_for_rest([board], 0.05)
+
+
+def test_without_a_sine_the_sequence_is_over_when_the_memory_is_empty() -> None:
+    """Nothing but the server's status tells of its end then."""
+    server = Server(0, ends=20, rests=50)
+    assert trigger.wait_for_sequences([armed(server)], 5.0) == []
+    assert server.asked == 50
 
 
 def test_a_board_that_plays_nothing_is_over_at_once() -> None:
