@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from typing import Protocol
 
-from drivers.errors import DeviceFault, DeviceStateError
+from drivers.contacts import come_to_rest
+from drivers.errors import DeviceStateError
 from drivers.identity import Identity
 from drivers.timeline import DigitalLine, Timeline
 from drivers.tx_rx_switch import SwitchPosition, SwitchTiming
@@ -70,13 +72,14 @@ class LineSwitch:
         return None
 
     def to_transmit(self) -> None:
-        """See TxRxSwitch.  The line is low already; this only looks."""
+        """See TxRxSwitch.  The line is low already, perhaps for a few ms only: this waits until the contacts are there,
+        without read-back as long as they may move."""
         if self._card.timeline() is not None:
             raise DeviceStateError("a timeline is running", where=WHERE, remedy="stop the card first")
-        if self.position() is not SwitchPosition.TRANSMIT:
-            raise DeviceFault(
-                "the contacts are not on transmit though the line is low", where=WHERE, remedy="check the relay"
-            )
+        if not self.reads_back:
+            time.sleep(self._timing.dead_time_s + self._timing.bounce_s)
+        else:
+            come_to_rest(self.position, SwitchPosition.TRANSMIT, self._timing, WHERE, moved=True)
 
     def to_receive(self) -> None:
         """See TxRxSwitch.  Always DeviceStateError: only a timeline raises the line."""

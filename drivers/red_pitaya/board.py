@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout, PlatformError
 from drivers.io_card import ChunkFlags
+from drivers.red_pitaya.commands import RUNNING, SENDING
 from drivers.red_pitaya.connection import Connection
-from drivers.red_pitaya.emergency import EMERGENCY, emergency_stop
+from drivers.red_pitaya.emergency import EMERGENCY, ENDED, emergency_stop
 from drivers.red_pitaya.layout import DIGITAL_PINS, pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
 from drivers.red_pitaya.pairing import open_pair, take_over
@@ -22,7 +23,6 @@ from drivers.red_pitaya.silence import OUTPUTS_OFF, QUIET_V, READ_BACK, SINES, a
 from drivers.red_pitaya.sines import arming, check_amplitudes
 from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record
 
-RUNNING = 16  # bit of the server's status
 OFF_S = 1.0  # a card that has not confirmed by then is connected anew
 
 
@@ -31,8 +31,8 @@ class Board:
     """One board and its connection; the last one passes the trigger on to nobody.
 
     after_shot: what it is told when the trigger has gone; hurry_s: how long to wait for answers and samples while a
-    gate is high by command, None: as the table says; written: its write pointer when `play` was asked last; clearing:
-    the server was emptying its memory then.
+    gate is high by command, None: as the table says; written: its write pointer when `play` was asked last;
+    clearing: the server may be emptying its memory since.
     """
 
     after_shot: ClassVar[tuple[str, ...]] = ("RP:MODE CONFIGURATION",)
@@ -193,17 +193,18 @@ class Board:
 
         That input holds the stepper, too: a sequence that it has stopped seems to run for ever.  A busy server may not
         have noticed the trigger yet, but has not zeroed the amplitudes then; set again, it would open all gates.
-        One that has zeroed them empties its memory (stopTx does so first), which takes it 50 ms more: see `rests`.
+        One that has zeroed them empties its memory (stopTx does so first), for 50 ms: see `rests`.  While it sends, it
+        refuses what ends a shot.
         """
-        status, emergency, written, *volts = self.ask("RP:STATUS?", EMERGENCY, "RP:ADC:WP?", *self._sounding)
+        status, emergency, written, mode, *volts = self.ask(*ENDED, *self._sounding)
         self.written = int(written)
-        running, sounds = bool(int(status) & RUNNING), any(map(float, volts))
-        self.clearing = running and bool(volts) and not sounds
-        return (running and not self.clearing) or sounds, bool(emergency) and self.table.instant_reset
+        self.clearing = bool(volts) and not any(map(float, volts))  # the status is that of a moment before
+        plays = not self.clearing and (bool(volts) or bool(int(status) & RUNNING))
+        return plays or mode == SENDING, bool(emergency) and self.table.instant_reset
 
     def rests(self) -> bool:
         """Whether the server has done with the last sequence; only then does it take another."""
-        self.clearing = self.clearing and bool(int(self.ask("RP:STATUS?")[0]) & RUNNING)
+        self.clearing = bool(int(self.ask("RP:STATUS?")[0]) & RUNNING)
         return not self.clearing
 
     def watch(self) -> None:

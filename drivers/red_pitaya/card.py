@@ -2,9 +2,9 @@
 
 A shot: `program` uploads the sequences (once per timeline), `arm` sets them and the amplitudes, `trigger` starts the
 master and asks every board for the whole recording, `read` takes chunk after chunk from all of them.  A shot that runs
-to its end leaves the boards ready for the next, with `replay_watchdog` with the shot in their memories (replay.py).
-One that does not is ended by a new connection, which zeroes all outputs at once and is the only safe way out of an
-unfinished sequence.
+to its end leaves the boards to themselves: their servers empty the memories, and `program` of the next shot waits for
+that; with `replay_watchdog` the shot stays in there (replay.py).  One that does not is ended by a new connection, which
+zeroes all outputs at once and is the only safe way out of an unfinished sequence.
 """
 
 from __future__ import annotations
@@ -248,10 +248,7 @@ class RedPitayaCard:
             self._let_go()
 
     def _finish(self) -> None:
-        """The last sample is here: let the sequences end, then make the boards ready for the next shot.
-
-        Their servers still empty the memories then, and `program` waits for that: the samples need not.
-        """
+        """The last sample is here: let the sequences end, trigger off.  The samples need not wait for the memories."""
         play_s = self._table.reply_timeout_s + max(p.samples for p in self._programs) / self.layout.clock.rate_hz
         self._pins.low()
         stopped = trigger.wait_for_sequences(self.boards, play_s)

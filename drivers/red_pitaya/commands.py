@@ -11,6 +11,9 @@ from enum import StrEnum
 
 from drivers.errors import DeviceProtocolError
 
+TRIGGERED, RUNNING = 8, 16  # bits of the server's status
+SENDING = "TRANSMISSION"  # the mode of a server that sends samples, or takes the commands that came meanwhile
+
 
 class Reply(StrEnum):
     """Kinds of answers: DONE `1` or an error code, INTEGER and NUMBER as text, WORD in double quotes, FLAG `1`, `0`,

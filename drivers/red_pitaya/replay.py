@@ -14,8 +14,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, PlatformError, ShotRefused
-from drivers.red_pitaya.board import RUNNING, Board
-from drivers.red_pitaya.emergency import EMERGENCY, EMERGENCY_PIN, emergency_stop
+from drivers.red_pitaya.board import Board
+from drivers.red_pitaya.commands import RUNNING, SENDING, TRIGGERED
+from drivers.red_pitaya.emergency import EMERGENCY_PIN, ENDED, emergency_stop
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.sequence import BoardProgram, Sine
 from drivers.red_pitaya.silence import OUTPUTS_OFF, QUIET_V, READ_BACK
@@ -24,7 +25,6 @@ from drivers.red_pitaya.stream import Continuity, Record
 from drivers.red_pitaya.watchdog import COUNTER_PINS, STEPS, WIRE_PIN, armed, check_armed, counter_step
 
 GRANULE = 32  # the write pointer goes in steps of so many samples
-TRIGGERED = 8  # bit of the server's status
 
 
 @dataclass
@@ -140,7 +140,7 @@ class ReplayBoard(Board):
         Nobody but a client's end takes them away: there is no clean-up.  Raises what `stopped` returns, and ShotRefused
         if they are not.
         """
-        status, latched, written, *volts = self.ask("RP:STATUS?", EMERGENCY, "RP:ADC:WP?", *self._sounding)
+        status, latched, written, mode, *volts = self.ask(*ENDED, *self._sounding)
         self.written = int(written)
         if latched:
             raise self.stopped()
@@ -150,7 +150,7 @@ class ReplayBoard(Board):
                 where=self.where,
                 why=f"the server's status is {status}, amplitudes are {volts} V and were {self._armed_v} V",
             )
-        return False, False
+        return mode == SENDING, False
 
     def stopped(self) -> PlatformError:
         """See Board.  When the watchdog's time has come, it may have been that."""

@@ -14,6 +14,7 @@ from drivers.red_pitaya.board import Board
 
 FOLLOW_S = 0.1
 GONE_S = 1.0
+REST_S = 2e-3
 LOOKS = 5  # at least, on a host so busy that one takes that long
 GRANULE = 32  # the write pointer goes in steps of so many samples, and a board may be one behind another
 
@@ -86,9 +87,13 @@ def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
 
 
 def wait_for_rest(boards: Sequence[Board], timeout_s: float) -> None:
-    """Wait until every server has emptied its memory of the shot before.  Raises DeviceTimeout if one goes on."""
-    deadline = time.monotonic() + timeout_s
-    for board in boards:
+    """Wait until every server has emptied its memory of the shot before.  Raises DeviceTimeout if one goes on.
+
+    A server says so a moment before it has reset its count of steps, and a sequence that is set in between would lack
+    its first ones: enabled, without the gate's line (control.c:199, :387).
+    """
+    deadline, waited = time.monotonic() + timeout_s, [board for board in boards if board.clearing]
+    for board in waited:
         while not board.rests():
             if time.monotonic() > deadline:
                 raise DeviceTimeout(
@@ -97,6 +102,8 @@ def wait_for_rest(boards: Sequence[Board], timeout_s: float) -> None:
                     remedy="stop the card, which connects anew",
                 )
             time.sleep(1e-3)
+    if waited:
+        time.sleep(REST_S)
 
 
 def check_in_step(boards: Sequence[Board], at_the_end: int) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-
+from drivers.contacts import come_to_rest
 from drivers.errors import DeviceFault, DeviceProtocolError
 from drivers.exchange import Exchange
 from drivers.identity import Identity
@@ -12,8 +11,6 @@ from drivers.tx_rx_switch import SwitchPosition, SwitchTiming
 
 POSITIONS = {"TX": SwitchPosition.TRANSMIT, "RX": SwitchPosition.RECEIVE, "MOVING": SwitchPosition.MOVING}
 NAMES = {position: text for text, position in POSITIONS.items()}
-ARRIVAL_S = 0.2  # beyond the switch's own times
-POLL_S = 1e-3
 
 
 class SerialSwitch:
@@ -72,21 +69,7 @@ class SerialSwitch:
             self._exchange.close()
 
     def _go(self, target: SwitchPosition, text: str) -> None:
-        """Command the contacts and wait until they are there for good: contacts that have just arrived still bounce."""
+        """Command the contacts and wait until they are there for good."""
         was_there = self.position() is target
         command(self._exchange, text)
-        if not was_there:
-            self._wait_for(target)
-            time.sleep(self._timing.bounce_s)
-        self._wait_for(target)
-
-    def _wait_for(self, target: SwitchPosition) -> None:
-        deadline = time.monotonic() + self._timing.total_s + ARRIVAL_S
-        while (found := self.position()) is not target:
-            if time.monotonic() > deadline:
-                raise DeviceFault(
-                    f"the contacts are on {found.value}, not on {target.value}",
-                    where=self._exchange.where,
-                    remedy="check the relay",
-                )
-            time.sleep(POLL_S)
+        come_to_rest(self.position, target, self._timing, self._exchange.where, moved=not was_there)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 import pytest
 
 from drivers.errors import DeviceTimeout, ShotRefused
 from drivers.red_pitaya import trigger
 from drivers.red_pitaya.board import Board
+from drivers.red_pitaya.emergency import EMERGENCY_PIN
 from drivers.red_pitaya.options import card_table
-from drivers.red_pitaya.sequence import Sine
+from drivers.red_pitaya.scale import Scale
+from drivers.red_pitaya.sequence import BoardProgram, Sine
 
 TRIGGERED, PLAYING, VOLTS = 8, 16, 0.1
 
@@ -19,8 +22,9 @@ class Server:
     """Answers like the real one, whose thread sees only at question `notices` that the card has been triggered: until
     then it does not say that it plays; at question `ends` it has zeroed the amplitudes, and at `rests` its memory."""
 
-    def __init__(self, notices: int, ends: int, rests: int = 0) -> None:
-        self._notices, self._ends, self._rests, self.asked = notices, ends, max(ends, rests), 0
+    def __init__(self, notices: int, ends: int, rests: int = 0, sends: int = 0) -> None:
+        self._notices, self._ends, self._rests, self._sends = notices, ends, max(ends, rests), sends
+        self.asked = 0
 
     def ask_all(self, commands: Sequence[str], timeout_s: float | None = None) -> list[str | int | float]:
         self.asked += any(c == "RP:STATUS?" for c in commands)
@@ -28,10 +32,11 @@ class Server:
         volts = VOLTS if self.asked < self._ends else 0.0
         return [self._answer(c, plays=plays, volts=volts) for c in commands]
 
-    @staticmethod
-    def _answer(command: str, *, plays: bool, volts: float) -> str | int | float:
+    def _answer(self, command: str, *, plays: bool, volts: float) -> str | int | float:
         if command == "RP:STATUS?":
             return TRIGGERED | PLAYING * plays
+        if command == "RP:MODE?":
+            return "TRANSMISSION" if self.asked < self._sends else "ACQUISITION"
         return volts if command.endswith("AMPLITUDE?") else 0
 
 
@@ -72,6 +77,56 @@ def test_a_memory_that_is_never_empty_is_an_error_of_the_next_shot() -> None:
     assert trigger.wait_for_sequences([board], 5.0) == []
     with pytest.raises(DeviceTimeout, match="shot before does not end"):
         trigger.wait_for_rest([board], 0.05)
+
+
+def test_a_server_that_sends_still_refuses_the_end_and_is_waited_for() -> None:
+    server = Server(0, ends=3, sends=12)
+    assert trigger.wait_for_sequences([armed(server, Sine(0, 0, 212.0, VOLTS, 0.0))], 5.0) == []
+    assert server.asked == 12
+
+
+def test_a_memory_may_be_emptied_though_the_status_asked_before_did_not_say_so() -> None:
+    """A thread of the server that was late for all of a short sequence starts and ends it between two answers."""
+    server = Server(5, ends=5, rests=9)
+    server.asked = 4
+    board = armed(server, Sine(0, 0, 212.0, VOLTS, 0.0))
+    assert trigger.wait_for_sequences([board], 5.0) == []
+    assert board.clearing
+    trigger.wait_for_rest([board], 5.0)
+    assert server.asked == 9
+
+
+def test_one_board_empties_its_memory_while_the_other_plays() -> None:
+    quick, slow = Server(0, ends=2, rests=3), Server(0, ends=30, rests=60)
+    boards = [armed(each, Sine(0, 0, 212.0, VOLTS, 0.0)) for each in (quick, slow)]
+    assert trigger.wait_for_sequences(boards, 5.0) == []
+    assert (quick.asked, slow.asked) == (2, 30)
+    trigger.wait_for_rest(boards, 5.0)
+    assert (quick.asked, slow.asked) == (3, 60)
+
+
+class Arming:
+    """Takes what it is told; amplitudes read back as `volts`, one each."""
+
+    def __init__(self, *volts: float) -> None:
+        self._volts = list(volts)
+
+    def ask_all(self, commands: Sequence[str], timeout_s: float | None = None) -> list[str | int | float]:
+        return [self._volts.pop(0) if c.endswith("AMPLITUDE?") else int(c != EMERGENCY_PIN) for c in commands]
+
+
+@pytest.mark.parametrize(("volts", "rests"), [((0.0, 0.0), 50), ((0.0, VOLTS), 20)])
+def test_amplitudes_that_were_zero_all_along_tell_of_no_end(volts: tuple[float, float], rests: int) -> None:
+    table = card_table({"boards": [{"host": "127.0.0.1"}]})
+    board, server = Board(table.boards[0], table, [], is_last=True), Server(0, ends=20, rests=50)
+    vars(board).update(
+        _connection=Arming(*volts), scale=Scale(np.ones(2, "f4"), np.zeros(2, "f4"), True, (1.0, 1.0), 1.0)
+    )
+    sines = tuple(Sine(k, 0, 212.0, v, 0.0) for k, v in enumerate(volts))
+    board.arm(BoardProgram(16, np.zeros((1, 2), "f4"), np.ones((1, 2), "u1"), sines))
+    vars(board).update(_connection=server)
+    assert trigger.wait_for_sequences([board], 5.0) == []
+    assert server.asked == rests
 
 
 def test_without_a_sine_the_sequence_is_over_when_the_memory_is_empty() -> None:

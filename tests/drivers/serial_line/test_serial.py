@@ -7,6 +7,7 @@ import threading
 import pytest
 import serial
 
+from drivers import contacts
 from drivers.conformance import LnaContract
 from drivers.errors import (
     DeviceDenied,
@@ -18,7 +19,6 @@ from drivers.errors import (
     DeviceTimeout,
     InputError,
 )
-from drivers.serial_line import switch as switch_module
 from drivers.serial_line import wire as wire_module
 from drivers.serial_line.backend import SerialBackend
 from drivers.serial_line.wire import SerialWire
@@ -122,7 +122,7 @@ def test_the_switch_goes_where_it_is_told_and_reads_back(terminal):
 
 
 def test_a_stuck_switch_is_a_fault(terminal, monkeypatch):
-    monkeypatch.setattr(switch_module, "ARRIVAL_S", 0.01)
+    monkeypatch.setattr(contacts, "ARRIVAL_S", 0.01)
     device = Switch()
     switch = SerialBackend({}).tx_rx_switch({"port": terminal(device)})
     device.stuck = True
