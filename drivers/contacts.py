@@ -1,7 +1,8 @@
-"""Waiting for contacts that move."""
+"""Contacts that move are waited for."""
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable
 
@@ -10,25 +11,27 @@ from drivers.tx_rx_switch import SwitchPosition, SwitchTiming
 
 ARRIVAL_S = 0.2  # beyond the switch's own times
 POLL_S = 1e-3
+LOOKS = 3  # at least, on a host so busy that one takes that long
 
 
 def come_to_rest(
-    position: Callable[[], SwitchPosition], target: SwitchPosition, timing: SwitchTiming, where: str, *, moved: bool
+    position: Callable[[], SwitchPosition], target: SwitchPosition, timing: SwitchTiming, where: str
 ) -> None:
-    """Wait until the contacts are on `target` for good; `moved`: they may just have arrived there, and still bounce.
+    """Wait until the contacts are on `target`, let those that may just have arrived bounce, and look once more.
 
-    Raises DeviceFault if they do not come within the switch's times and ARRIVAL_S.
+    Raises DeviceFault if they are not there within the switch's times and ARRIVAL_S, or go once more for as long.
     """
-    if moved:
-        _wait_for(position, target, timing, where)
-        time.sleep(timing.bounce_s)
+    _wait_for(position, target, timing, where)
+    time.sleep(timing.bounce_s)
     _wait_for(position, target, timing, where)
 
 
 def _wait_for(position: Callable[[], SwitchPosition], target: SwitchPosition, timing: SwitchTiming, where: str) -> None:
     deadline = time.monotonic() + timing.total_s + ARRIVAL_S
-    while (found := position()) is not target:
-        if time.monotonic() > deadline:
+    for look in itertools.count(1):
+        if (found := position()) is target:
+            return
+        if time.monotonic() > deadline and look >= LOOKS:
             raise DeviceFault(
                 f"the contacts are on {found.value}, not on {target.value}", where=where, remedy="check the relay"
             )

@@ -126,7 +126,7 @@ class IoCard(Protocol):
         """The sample that is being played and recorded now, by the card's own clock; None if nothing runs."""
 
     def program(self, timeline: Timeline) -> None:
-        """Load a timeline.  Outputs stay zero and lines low.
+        """Load a timeline.  Outputs stay zero and lines low.  A card that still ends the shot before is waited for.
 
         Allowed when IDLE or PROGRAMMED, else DeviceStateError.  Raises SequenceRejected if the card cannot play it
         exactly (clock, length, amplitude, output number, grid of edges): it never clamps, and rounds at most to the

@@ -53,7 +53,10 @@ class TxRxSwitch(Protocol):
         as the switch has measured it; 0 if there was none, None if it cannot measure.  Not while the contacts move."""
 
     def to_transmit(self) -> None:
-        """Disconnect the receiver.  Returns when read-back confirms TRANSMIT; raises DeviceFault if it does not."""
+        """Disconnect the receiver.  Returns when read-back confirms TRANSMIT; raises DeviceFault if it does not.
+
+        It is called a few ms after RX_CONNECT has fallen: contacts on their way, and their bounces, are waited for.
+        """
 
     def to_receive(self) -> None:
         """Connect the receiver.  Returns when read-back confirms RECEIVE; raises DeviceFault if it does not.

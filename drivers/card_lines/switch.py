@@ -30,8 +30,9 @@ class CardLines(Protocol):
 class LineSwitch:
     """See drivers.tx_rx_switch.TxRxSwitch.
 
-    Outside a timeline the line is low, so the switch rests on TRANSMIT and cannot be asked for RECEIVE.  Without a
-    read-back contact the position is what the line says, after the switch's times: a stuck relay goes unnoticed.
+    Outside a timeline the line is low, so the switch goes to TRANSMIT and cannot be asked for RECEIVE.  Without a
+    read-back contact the position is what the line says, in a timeline after the switch's times, and a stuck relay goes
+    unnoticed.
     """
 
     def __init__(self, card: CardLines, timing: SwitchTiming, readback: tuple[int, str] | None) -> None:
@@ -72,14 +73,12 @@ class LineSwitch:
         return None
 
     def to_transmit(self) -> None:
-        """See TxRxSwitch.  The line is low already, perhaps for a few ms only: this waits until the contacts are there,
-        without read-back as long as they may move."""
+        """See TxRxSwitch.  The line is low already, perhaps for a few ms only: this waits as long as the contacts may
+        move.  One that reads back says TRANSMIT as soon as they have left the receiver."""
         if self._card.timeline() is not None:
             raise DeviceStateError("a timeline is running", where=WHERE, remedy="stop the card first")
-        if not self.reads_back:
-            time.sleep(self._timing.dead_time_s + self._timing.bounce_s)
-        else:
-            come_to_rest(self.position, SwitchPosition.TRANSMIT, self._timing, WHERE, moved=True)
+        time.sleep(self._timing.dead_time_s)
+        come_to_rest(self.position, SwitchPosition.TRANSMIT, self._timing, WHERE)
 
     def to_receive(self) -> None:
         """See TxRxSwitch.  Always DeviceStateError: only a timeline raises the line."""

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout, PlatformError
 from drivers.io_card import ChunkFlags
-from drivers.red_pitaya.commands import RUNNING, SENDING
+from drivers.red_pitaya.commands import ENDED, RUNNING, SENDING
 from drivers.red_pitaya.connection import Connection
-from drivers.red_pitaya.emergency import EMERGENCY, ENDED, emergency_stop
+from drivers.red_pitaya.emergency import EMERGENCY, emergency_stop
 from drivers.red_pitaya.layout import DIGITAL_PINS, pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
 from drivers.red_pitaya.pairing import open_pair, take_over
@@ -189,7 +189,7 @@ class Board:
         return [*READ_BACK, *(f"{pin_header(pin)}?" for pin in self.output_pins)]
 
     def play(self) -> tuple[bool, bool]:
-        """Whether the sequence runs, and whether the emergency input has switched the outputs off since the trigger.
+        """Whether the shot goes on, and whether the emergency input has switched the outputs off since the trigger.
 
         That input holds the stepper, too: a sequence that it has stopped seems to run for ever.  A busy server may not
         have noticed the trigger yet, but has not zeroed the amplitudes then; set again, it would open all gates.
@@ -198,8 +198,8 @@ class Board:
         """
         status, emergency, written, mode, *volts = self.ask(*ENDED, *self._sounding)
         self.written = int(written)
-        self.clearing = bool(volts) and not any(map(float, volts))  # the status is that of a moment before
-        plays = not self.clearing and (bool(volts) or bool(int(status) & RUNNING))
+        plays = any(map(float, volts)) if volts else bool(int(status) & RUNNING)
+        self.clearing = bool(volts) and not plays  # the status is that of a moment before
         return plays or mode == SENDING, bool(emergency) and self.table.instant_reset
 
     def rests(self) -> bool:

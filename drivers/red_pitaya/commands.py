@@ -10,8 +10,10 @@ import re
 from enum import StrEnum
 
 from drivers.errors import DeviceProtocolError
+from drivers.red_pitaya.emergency import EMERGENCY
 
 TRIGGERED, RUNNING = 8, 16  # bits of the server's status
+ENDED = ("RP:STATUS?", EMERGENCY, "RP:ADC:WP?", "RP:MODE?")  # asked at the end of a shot, before the amplitudes
 SENDING = "TRANSMISSION"  # the mode of a server that sends samples, or takes the commands that came meanwhile
 
 

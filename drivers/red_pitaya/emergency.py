@@ -6,7 +6,6 @@ from drivers.errors import DeviceFault
 
 EMERGENCY = "RP:INSTANTRESET:TRIGGERED?"  # since the trigger
 EMERGENCY_PIN = "RP:INSTANTRESET:STATUS?"  # now
-ENDED = ("RP:STATUS?", EMERGENCY, "RP:ADC:WP?", "RP:MODE?")  # asked at the end of a shot, before the amplitudes
 
 
 def emergency_stop(

@@ -15,6 +15,7 @@ from drivers.validation import validated
 
 BASE_FREQUENCY_HZ = 125e6
 SAFE_STEPS_PER_S = 12e3  # the server's thread keeps up with so many
+LONGEST_MOVE_S = 1.0  # of a Tx/Rx switch
 
 REPLAY_REFUSES = {
     WIRE_PIN: "the watchdog's wire begins there",
@@ -193,6 +194,11 @@ class SwitchTable(Section):
             raise ValueError(
                 "name the pin that reads the contacts back (readback), or declare that there is none "
                 "(no_readback = true): a stuck relay then goes unnoticed, and every recording says so"
+            )
+        if not self.dead_time_s + self.bounce_s + self.settle_s < LONGEST_MOVE_S:
+            raise ValueError(
+                f"dead_time_s, bounce_s and settle_s together must be less than {LONGEST_MOVE_S} s: they pass "
+                "each time that outputs are switched off"
             )
         return self
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 
 from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, PlatformError, ShotRefused
 from drivers.red_pitaya.board import Board
-from drivers.red_pitaya.commands import RUNNING, SENDING, TRIGGERED
-from drivers.red_pitaya.emergency import EMERGENCY_PIN, ENDED, emergency_stop
+from drivers.red_pitaya.commands import ENDED, RUNNING, SENDING, TRIGGERED
+from drivers.red_pitaya.emergency import EMERGENCY_PIN, emergency_stop
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.sequence import BoardProgram, Sine
 from drivers.red_pitaya.silence import OUTPUTS_OFF, QUIET_V, READ_BACK

@@ -65,8 +65,8 @@ def prove(boards: Sequence[Board]) -> None:
 
 
 def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
-    """Wait until every board has played its sequence to the end, and its server has seen that: only then may the
-    trigger go off.
+    """Wait until every board has played its sequence to the end, and its server has seen that and sends no more: only
+    then may the trigger go off.
 
     Returns where the emergency input has switched the outputs off.  Raises DeviceTimeout if a sequence plays on.
     """
@@ -90,7 +90,7 @@ def wait_for_rest(boards: Sequence[Board], timeout_s: float) -> None:
     """Wait until every server has emptied its memory of the shot before.  Raises DeviceTimeout if one goes on.
 
     A server says so a moment before it has reset its count of steps, and a sequence that is set in between would lack
-    its first ones: enabled, without the gate's line (control.c:199, :387).
+    its first ones: enabled, without the gate's line (control.c:199, :387; a line of its log is between them).
     """
     deadline, waited = time.monotonic() + timeout_s, [board for board in boards if board.clearing]
     for board in waited:

@@ -69,7 +69,6 @@ class SerialSwitch:
             self._exchange.close()
 
     def _go(self, target: SwitchPosition, text: str) -> None:
-        """Command the contacts and wait until they are there for good."""
-        was_there = self.position() is target
+        """Command the contacts and wait until they are there for good: they may have followed their line just now."""
         command(self._exchange, text)
-        come_to_rest(self.position, target, self._timing, self._exchange.where, moved=not was_there)
+        come_to_rest(self.position, target, self._timing, self._exchange.where)

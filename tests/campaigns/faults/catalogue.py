@@ -84,12 +84,14 @@ CARD_SITES = (
     Site("identify", ("VERSION:IMAGE", "CALIB:ADC:CHANNEL0:SCALE", "CALIB:FLAGS", "ADC:DECIMATION?"), early=True),
     Site("arm", ("MODE ACQUISITION",), when="idle"),  # the second card has nothing to play in these shots
     Site("TX", ("RP:TRIGGER?", "PIPELINED")),
-    Site("readout", ("RP:STATUS?", "INSTANTRESET:TRIGGERED?", "MODE CONFIGURATION", "TRIGGER:ALIVE ON")),
+    Site("readout", ("RP:STATUS?", "INSTANTRESET:TRIGGERED?", "TRIGGER:ALIVE ON"), when="shot"),
+    Site("trigger off", ("MODE CONFIGURATION",), when="after_shot"),
     Site("off", ("CHANNEL0:OFFSET?", "COMPONENT1:AMPLITUDE?"), when="after_shot"),
     Site("idle", ("RP:MODE?",), when="idle"),
 )
+_NEXT_SHOT = ("RP:STATUS?", "SEQ:SET")  # asked of the card that has something to play, before anything is energised
 MASTER_SITES = (
-    *(replace(site, asked=("SEQ:SET", *site.asked)) if site.phase == "arm" else site for site in CARD_SITES),
+    *(replace(site, asked=(*_NEXT_SHOT, *site.asked)) if site.phase == "arm" else site for site in CARD_SITES),
     Site("RX", ("RP:ADC:WP?",)),
 )
 STREAM_SITES = (

@@ -38,8 +38,7 @@ def test_contacts_that_have_not_left_the_receiver_yet_are_waited_for() -> None:
 
 def test_contacts_that_bounce_are_looked_at_when_they_rest() -> None:
     card = Card(True, False, True, True, False)
-    switch = LineSwitch(card, TIMING, (0, "DIO5_N"))
-    switch.to_transmit()
+    LineSwitch(card, TIMING, (0, "DIO5_N")).to_transmit()
     assert not card.pin(0, "DIO5_N"), "it was waited for the bounce, too"
 
 
@@ -48,7 +47,9 @@ def test_contacts_that_stay_are_a_fault() -> None:
         LineSwitch(Card(True), TIMING, (0, "DIO5_N")).to_transmit()
 
 
-def test_without_a_contact_that_reads_back_its_times_pass() -> None:
+@pytest.mark.parametrize("readback", [None, (0, "DIO5_N")])
+def test_its_times_pass_in_any_case(readback: tuple[int, str] | None) -> None:
+    """A contact that reads back high on RECEIVE says TRANSMIT as soon as it has left the receiver."""
     since = time.monotonic()
-    LineSwitch(Card(True), TIMING, None).to_transmit()
+    LineSwitch(Card(False), TIMING, readback).to_transmit()
     assert time.monotonic() - since >= TIMING.dead_time_s + TIMING.bounce_s

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -72,6 +73,14 @@ def test_the_samples_do_not_wait_until_the_memory_is_empty_and_the_next_shot_doe
     assert server.asked == 50, "a server that rests is not asked again"
 
 
+def test_the_next_shot_waits_a_moment_longer_than_the_server_says() -> None:
+    board = armed(Server(0, ends=1, rests=2), Sine(0, 0, 212.0, VOLTS, 0.0))
+    assert trigger.wait_for_sequences([board], 5.0) == []
+    since = time.monotonic()
+    trigger.wait_for_rest([board], 5.0)
+    assert time.monotonic() - since >= trigger.REST_S
+
+
 def test_a_memory_that_is_never_empty_is_an_error_of_the_next_shot() -> None:
     board = armed(Server(0, 1, rests=10**6), Sine(0, 0, 212.0, VOLTS, 0.0))
     assert trigger.wait_for_sequences([board], 5.0) == []
@@ -87,7 +96,7 @@ def test_a_server_that_sends_still_refuses_the_end_and_is_waited_for() -> None:
 
 def test_a_memory_may_be_emptied_though_the_status_asked_before_did_not_say_so() -> None:
     """A thread of the server that was late for all of a short sequence starts and ends it between two answers."""
-    server = Server(5, ends=5, rests=9)
+    server = Server(6, ends=5, rests=9)
     server.asked = 4
     board = armed(server, Sine(0, 0, 212.0, VOLTS, 0.0))
     assert trigger.wait_for_sequences([board], 5.0) == []

@@ -46,6 +46,8 @@ def test_a_switch_on_the_cards_line_needs_the_card():
     timing = {"dead_time_s": 3e-3, "bounce_s": 1e-3, "settle_s": 4e-3, "no_readback": True}
     with pytest.raises(ConfigError, match=r"io_card\.backend"):
         RedPitayaBackend({}).tx_rx_switch(timing)
+    with pytest.raises(ConfigError, match="must be less than 1"):
+        RedPitayaBackend({}).tx_rx_switch({**timing, "dead_time_s": 3.0})
 
 
 def test_one_card_needs_only_its_address():

@@ -106,6 +106,10 @@ def test_a_shot_is_over_when_trigger_and_amplitudes_are_as_they_were():
     assert board().play() == (False, False)
 
 
+def test_a_server_that_sends_still_is_waited_for():
+    assert board({"MODE?": "TRANSMISSION"}).play() == (True, False)
+
+
 @pytest.mark.parametrize(
     ("answers", "kind", "complaint"),
     [
