@@ -13,6 +13,7 @@ from drivers.io_card import ChunkFlags
 from drivers.red_pitaya.commands import ENDED, RUNNING, SENDING
 from drivers.red_pitaya.connection import Connection
 from drivers.red_pitaya.emergency import EMERGENCY, emergency_stop
+from drivers.red_pitaya.haste import Haste
 from drivers.red_pitaya.layout import DIGITAL_PINS, pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
 from drivers.red_pitaya.pairing import open_pair, take_over
@@ -30,9 +31,8 @@ OFF_S = 1.0  # a card that has not confirmed by then is connected anew
 class Board:
     """One board and its connection; the last one passes the trigger on to nobody.
 
-    after_shot: what it is told when the trigger has gone; hurry_s: how long to wait for answers and samples while a
-    gate is high by command, None: as the table says; written: its write pointer when `play` was asked last;
-    clearing: the server may be emptying its memory since.
+    after_shot: what it is told when the trigger has gone; haste: while power may be on, None: as the table says;
+    written: its write pointer when `play` was asked last; clearing: the server may be emptying its memory since.
     """
 
     after_shot: ClassVar[tuple[str, ...]] = ("RP:MODE CONFIGURATION",)
@@ -43,7 +43,7 @@ class Board:
     input_pins: list[str] = field(init=False, default_factory=list)
     scale: Scale = field(init=False)
     version: str = field(init=False, default="")
-    hurry_s: float | None = field(init=False, default=None)
+    haste: Haste | None = field(init=False, default=None)
     written: int = field(init=False, default=0)
     clearing: bool = field(init=False, default=False)
     _loaded: BoardProgram | None = field(init=False, default=None)
@@ -71,7 +71,7 @@ class Board:
         The master first: a slave cannot leave its mode while the master's trigger is on.
         """
         self._adopt()
-        self._loaded = self.hurry_s = None
+        self._loaded = self.haste = None
         self._sounding, self.clearing = [], False
         self._identify()
         self.switch_off()
@@ -94,7 +94,7 @@ class Board:
 
     def ask(self, *commands: str) -> list[str | int | float]:
         """See Connection.ask_all."""
-        return self._connection.ask_all(commands, self.hurry_s)
+        return self._connection.ask_all(commands, self.haste.left_s() if self.haste else None)
 
     @property
     def whole(self) -> bool:
@@ -241,7 +241,7 @@ class Board:
         Raises DeviceTimeout if it does not come, ShotRefused from `account`.
         """
         raw = memoryview(self._buffer)[: count * PAIR_BYTES + RECORD.size]
-        self._connection.receive_into(raw, self.hurry_s or self.table.sample_timeout_s)
+        self._connection.receive_into(raw, self.haste.left_s() if self.haste else self.table.sample_timeout_s)
         record = Record.parse(raw[count * PAIR_BYTES :], first)
         account.check(record)
         pairs = np.frombuffer(raw, "<i2", 2 * count).reshape(count, 2)

@@ -12,6 +12,7 @@ from typing import TextIO
 from drivers.errors import DeviceError, DeviceLost
 from drivers.red_pitaya import trigger, watchdog_proof
 from drivers.red_pitaya.board import Board
+from drivers.red_pitaya.haste import Haste
 from drivers.red_pitaya.layout import Layout
 from drivers.red_pitaya.lock import recording_until
 from drivers.red_pitaya.options import CardTable
@@ -71,7 +72,7 @@ def hear_within(boards: Sequence[Board], programs: Sequence[BoardProgram], rate_
     """
     for board, program in zip(boards, programs, strict=True):
         half_round_s = RING_STEPS * program.step_samples / rate_hz / 2
-        board.hurry_s = half_round_s if half_round_s < board.table.sample_timeout_s else None
+        board.haste = Haste(half_round_s) if half_round_s < board.table.sample_timeout_s else None
 
 
 def arm_all(boards: Sequence[Board], programs: Sequence[BoardProgram]) -> None:

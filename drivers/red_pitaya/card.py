@@ -256,7 +256,7 @@ class RedPitayaCard:
             raise emergency_stop(", ".join(stopped), "the emergency input switched the outputs off during the shot")
         trigger.check_in_step(self.boards, trigger.end(self.boards))
         for board in self.boards:
-            board.hurry_s = None
+            board.haste = None
         self._state = CardState.IDLE
 
     def _let_go(self) -> None:

@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 
 from drivers.errors import DeviceTimeout, ShotRefused
 from drivers.red_pitaya.board import Board
+from drivers.red_pitaya.haste import Haste
 from drivers.red_pitaya.layout import Layout, LinePin, pin_header
 from drivers.red_pitaya.pins import level, set_pin
 from drivers.timeline import DigitalLine, Timeline
 
-GATE_GRACE_S = 0.25  # while a command must end a gate, nothing is waited for longer than `pin_delay_s` and that
+GATE_GRACE_S = 0.25  # while a command must end a gate, its end may be late by `pin_delay_s` and that
 TRIES = 3  # answers whose slowest says how late a line would be
 
 
@@ -101,7 +102,9 @@ class PinLines:
             )
         gate = edge.line is DigitalLine.PA_GATE
         if gate and edge.high:
-            self._hurry(self.delay_samples / self.rate_hz + GATE_GRACE_S)
+            most_s = self.delay_samples / self.rate_hz + GATE_GRACE_S
+            end = next(e.sample for e in self.edges[self._done :] if e.line is edge.line and not e.high)
+            self._hurry(Haste(most_s, time.monotonic() + (end - edge.sample) / self.rate_hz + most_s))
         found, written = set_pin(self.boards[edge.board].ask, edge.pin, high=edge.high)
         if found != level(edge.high):
             raise ShotRefused(f"{edge.pin} was set {level(edge.high)} and reads back {found}", where=self.where)
@@ -110,10 +113,10 @@ class PinLines:
         self._done += 1
         return written
 
-    def _hurry(self, most_s: float | None) -> None:
-        """While the gate is high by command nothing is waited for longer than its end may be late."""
+    def _hurry(self, haste: Haste | None) -> None:
+        """While the gate is high by command, no more is waited for, in all, than its end may be late."""
         for board in self.boards.values():
-            board.hurry_s = most_s
+            board.haste = haste
 
     def _gate_is_high(self) -> bool:
         assert self.gate is not None
