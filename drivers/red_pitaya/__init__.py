@@ -12,6 +12,7 @@ board.py        one board: who it is, its registers, its sequence
 sequence.py     timeline -> step sequence, enable bits and sines of each board
 layout.py       which terminal of which board is which input, output and line of the platform
 lines.py        lines on pins that no sequence can time: set by command, late, and checked how late
+haste.py        how long it is waited for while power may be on
 pins.py         a pin set by command and read back at the pad
 scale.py        what its memory says of its converters
 reader.py       the boards' streams as one recording
