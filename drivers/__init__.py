@@ -33,6 +33,6 @@ inventory.py     identity and state of each device of a platform, whatever fails
 
 Back ends: `declared.py` (numbers in the platform file), `red_pitaya/`, `serial_line/`, `scpi/`; `card_lines/` holds
 devices on the lines of an I/O card.  For their authors: `exchange.py` asks over any wire that carries lines,
-`contacts.py` waits for contacts that move,
-`testing.py` scripts one, `conformance/` are the contracts as tests (`contract.py` is their old name).
+`contacts.py` waits for contacts that move, `testing.py` scripts a wire, `conformance/` are the contracts as tests
+(`contract.py` is their old name).
 """

@@ -31,7 +31,7 @@ OFF_S = 1.0  # a card that has not confirmed by then is connected anew
 class Board:
     """One board and its connection; the last one passes the trigger on to nobody.
 
-    after_shot: what it is told when the trigger has gone; haste: while power may be on, None: as the table says;
+    after_shot: what it is told when the trigger has gone; haste: how long answers may take, None: as the table says;
     written: its write pointer when `play` was asked last; clearing: the server may be emptying its memory since.
     """
 

@@ -6,7 +6,7 @@ import math
 import time
 from dataclasses import dataclass
 
-LAST_LOOK_S = 0.01  # what has come already is still taken
+LAST_LOOK_S = 0.05  # a computer may have stood still itself, and a card that is well still answers
 
 
 @dataclass(frozen=True)
