@@ -63,6 +63,7 @@ class Board:
         Whoever used the old one gets DeviceLost; the new one waits for `settle`.  Errors as in `open`.
         """
         self._adopt()  # or the last new one would be closed before this one is connected
+        self._connection.call_out(self._lows())  # the new one ends sines and sequence at once, and no DIO line
         self._next = take_over(self._connection, *self._address, self.table.reply_timeout_s, self._off())
 
     def settle(self) -> None:
@@ -241,13 +242,12 @@ class Board:
         Raises DeviceTimeout if it does not come, ShotRefused from `account`.
         """
         raw = memoryview(self._buffer)[: count * PAIR_BYTES + RECORD.size]
-        self._connection.receive_into(raw, self.haste.left_s() if self.haste else self.table.sample_timeout_s)
+        self._connection.receive_into(raw, self.haste or Haste(self.table.sample_timeout_s))
         record = Record.parse(raw[count * PAIR_BYTES :], first)
         account.check(record)
         pairs = np.frombuffer(raw, "<i2", 2 * count).reshape(count, 2)
         used = list(self.address.inputs)
-        volts = pairs.T[used] * self.scale.scale_v[used, None] + self.scale.offset_v[used, None]
-        return volts, record.flags
+        return pairs.T[used] * self.scale.scale_v[used, None] + self.scale.offset_v[used, None], record.flags
 
     # --- start
 

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 
 from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.commands import parse, reply_kind
+from drivers.red_pitaya.haste import Haste
 from drivers.red_pitaya.ports import acknowledge_at_once, said_within
 
 MARK_S = 1.5  # time for the answer to the first *IDN?
@@ -91,6 +92,12 @@ class Connection:
                     found.append(parse(self._posted.popleft(), line, self.where))
         return found
 
+    def call_out(self, commands: Sequence[str]) -> None:
+        """Send commands that nobody waits for, in whatever state this connection is and whoever uses it."""
+        with contextlib.suppress(OSError):
+            for each in commands:
+                self._command.send(f"{each}\n".encode(), socket.MSG_DONTWAIT)
+
     def upload(self, command: str, payload: bytes) -> None:
         """Send a command and its bytes on the data socket.
 
@@ -110,23 +117,26 @@ class Connection:
                 self._broken = f"the upload {command!r} was refused"
                 raise
 
-    def receive_into(self, target: memoryview, timeout_s: float) -> None:
+    def receive_into(self, target: memoryview, haste: Haste) -> None:
         """Fill `target` from the data socket.
 
-        Raises DeviceTimeout if no byte comes for `timeout_s`, DeviceLost if the server closes.
+        Raises DeviceTimeout if no byte comes for so long, or not all of them in time, DeviceLost if the server closes.
         """
         self._check_data()
-        self._data.settimeout(timeout_s)
-        filled = 0
+        filled, by_s = 0, haste.by_s()
         while filled < len(target):
+            wait_s = min(haste.most_s, max(by_s - time.monotonic(), 1e-3))
             try:
+                self._data.settimeout(wait_s)
                 acknowledge_at_once(self._data)
                 count = self._data.recv_into(target[filled:])
             except TimeoutError:
                 raise DeviceTimeout(
                     "no samples arrive",
                     where=self.where,
-                    why=f"nothing came for {timeout_s:g} s",
+                    why=f"nothing came for {wait_s:g} s"
+                    if wait_s == haste.most_s
+                    else "they come too slowly for the end of the amplifier's gate",
                     remedy="stop the card and repeat the shot; if it happens again, check trigger, clock and network",
                 ) from None
             except OSError as error:

@@ -11,7 +11,7 @@ LAST_LOOK_S = 0.05  # a computer may have stood still itself, and a card that is
 
 @dataclass(frozen=True)
 class Haste:
-    """most_s: for one answer or chunk of samples; until_s: for all of them together, on the monotonic clock."""
+    """most_s: without an answer or a sample; until_s: for all of them together, on the monotonic clock."""
 
     most_s: float
     until_s: float = math.inf
@@ -19,3 +19,7 @@ class Haste:
     def left_s(self) -> float:
         """How long the next may take."""
         return max(min(self.most_s, self.until_s - time.monotonic()), LAST_LOOK_S)
+
+    def by_s(self) -> float:
+        """When the next chunk of samples must be here as a whole, on the monotonic clock."""
+        return max(self.until_s, time.monotonic() + LAST_LOOK_S)

@@ -16,6 +16,7 @@ from drivers.validation import validated
 BASE_FREQUENCY_HZ = 125e6
 SAFE_STEPS_PER_S = 12e3  # the server's thread keeps up with so many
 LONGEST_MOVE_S = 1.0  # of a Tx/Rx switch
+LONGEST_PIN_DELAY_S = 0.5  # a gate by command is then down within 1 s over its end, whatever the network does
 
 REPLAY_REFUSES = {
     WIRE_PIN: "the watchdog's wire begins there",
@@ -76,10 +77,10 @@ class CardTable(Section):
     card looks at commands while it sends; server_version and image_version (None: the same number): what VERsion
     queries must answer; reply_timeout_s and sample_timeout_s: how long to wait, in a shot less (boards.py,
     hear_within); require_calibration: refuse a card whose inputs were never calibrated; pin_delay_s: how late a DIO
-    line may be set; instant_reset: let the card's input DIO3_P switch the outputs off; prove_wiring: at the start
-    let the master trigger all boards, with nothing to play, and a line on AO1 to AO3 move the switch;
-    replay_watchdog: each card has a wire from DIO4_N to DIO3_P, with which a shot may stay in its memory and be
-    played again (watchdog.py).
+    line may be set (and 0.25 s later the clock lowers a gate whose end no sample has told); instant_reset: let the
+    card's input DIO3_P switch the outputs off; prove_wiring: at the start let the master trigger all boards, with
+    nothing to play, and a line on AO1 to AO3 move the switch; replay_watchdog: each card has a wire from DIO4_N to
+    DIO3_P, with which a shot may stay in its memory and be played again (watchdog.py).
     """
 
     boards: Annotated[tuple[BoardTable, ...], Field(strict=False, min_length=1)]
@@ -92,7 +93,7 @@ class CardTable(Section):
     reply_timeout_s: Positive = 5.0
     sample_timeout_s: Positive = 5.0
     require_calibration: bool = False
-    pin_delay_s: Positive = 0.06
+    pin_delay_s: Annotated[float, Field(gt=0, le=LONGEST_PIN_DELAY_S)] = 0.06
     instant_reset: bool = True
     trigger: Literal["internal", "external"] = "internal"
     prove_wiring: bool = True

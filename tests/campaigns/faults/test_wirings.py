@@ -6,7 +6,20 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.campaigns.faults.wiring_trial import HOLES, KINDS, LEAST_S, MOST_S, SILENT, SLOW, STILL, Bench, draw, run
+from tests.campaigns.faults.wiring_trial import (
+    HOLES,
+    KINDS,
+    LEAST_S,
+    MOST_S,
+    SILENT,
+    SLOW,
+    STILL,
+    TRICKLE,
+    Bench,
+    Blow,
+    draw,
+    run,
+)
 from tests.campaigns.faults.wirings import WIRINGS, Wiring
 
 SEED, QUICK_S = 3, 0.5
@@ -29,6 +42,14 @@ def bench(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 def test_power_never_meets_the_receiver_and_the_next_shot_is_good(bench: Bench, kind: str) -> None:
     found = (draw(SEED, k) for k in range(10_000))
     blow = next(b for b in found if (b.wiring, b.kind) == (bench.wiring, kind) and b.seconds < QUICK_S and not b.early)
+    assert run(bench, blow).complaints == []
+
+
+def test_samples_that_trickle_do_not_keep_the_gate_up(bench: Bench) -> None:
+    if not bench.wiring.follows_host:
+        pytest.skip("the card ends the gate by itself")
+    wire = {"device": "io_card_0", "stream": "data", "when": "shot", "kind": "slow_link"}
+    blow = Blow(0, bench.wiring, SILENT, 0.04, wire=wire | {"delay_s": 0.04, "count": TRICKLE})
     assert run(bench, blow).complaints == []
 
 

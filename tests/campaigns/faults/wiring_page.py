@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from tests.campaigns.faults.wiring_trial import KINDS, LEAST_S, MOST_S
+from tests.campaigns.faults.wiring_trial import KINDS, LEAST_S, MOST_S, SEVERAL, TRICKLE, TRICKLE_S
 from tests.campaigns.faults.wirings import WIRINGS
 
 HEAD = """# Wirings of gate and receiver under faults
@@ -14,7 +14,8 @@ HEAD = """# Wirings of gate and receiver under faults
 What faults about the TX window come to under each wiring that [wiring.md](wiring.md) allows, on the emulated lab: two
 I/O cards, serial switch and LNA, amplifier over USBTMC; the daemon's shot above the real drivers, in a process of its
 own that can be made to stand still (SIGSTOP). Written by `make wiring-campaign` (seed {seed}). The host stands still,
-or a wire falls silent, loses bytes or answers late, for {least:g} to {most:g} s each, at a time drawn at random from
+or a wire falls silent, loses bytes or answers late, for {least:g} to {most:g} s each, up to {several} times in a
+row, or samples trickle, {trickle} pieces late by {short:g} to {long:g} ms each; at a time drawn at random from
 asking for the shot until RX; TX is 94 ms long. A wiring that the page calls forbidden is refused before anything is
 opened (`tests/system/emulated/test_wiring.py`).
 
@@ -43,6 +44,10 @@ def text(records: Sequence[dict[str, Any]], seed: int) -> str:
         seed=seed,
         least=LEAST_S,
         most=MOST_S,
+        several=SEVERAL,
+        trickle=TRICKLE,
+        short=1e3 * TRICKLE_S[0],
+        long=1e3 * TRICKLE_S[1],
         blows=len(records),
         good=len(records) - len(bad),
         bad=len(bad),

@@ -25,7 +25,8 @@ from tests.kit.watch import Watch
 CARDS, OTHERS = ("io_card_0", "io_card_1"), ("amplifier", "switch")
 LEAST_S, MOST_S = 0.05, 2.0
 ASKED_S = 0.4  # a shot is prepared and begun within this time of asking
-SEVERAL = 4  # answers in a row that come late, at most
+SEVERAL = 4  # answers, or pieces of the samples, in a row that come late, at most
+TRICKLE_S, TRICKLE = (0.01, 0.06), 200  # samples that are all late by less than anybody gives a card up for, and add up
 TRIES = 20  # a computer that is too busy for lines by the host refuses clean shots by being late itself
 BEGIN_S = 15.0
 BREAK_S = 1e-3
@@ -105,14 +106,12 @@ def draw(seed: int, index: int) -> Blow:
         return Blow(index, wiring, kind, seconds, float(rng.uniform(0.0, ASKED_S if early else 0.25)), early)
     if kind in (SILENT, HOLES):
         at = {"device": str(rng.choice(CARDS)), "stream": "data", "when": "shot", "after": int(rng.integers(0, 30))}
-        lost = {"kind": str(rng.choice(["timeout", "half_reply"]))}
-        return Blow(
-            index,
-            wiring,
-            kind,
-            seconds,
-            wire=at | (lost if kind == HOLES else {"kind": "slow_link", "delay_s": seconds}),
-        )
+        if kind == HOLES:
+            return Blow(index, wiring, kind, seconds, wire=at | {"kind": str(rng.choice(["timeout", "half_reply"]))})
+        late: dict[str, Any] = {"delay_s": seconds, "count": int(rng.integers(1, SEVERAL + 1))}
+        if rng.random() < 0.3:
+            late = {"delay_s": float(rng.uniform(*TRICKLE_S)), "count": TRICKLE}
+        return Blow(index, wiring, kind, seconds, wire=at | {"kind": "slow_link"} | late)
     at = {"device": str(rng.choice([*CARDS, *CARDS, *OTHERS])), "after": int(rng.integers(0, 12))}
     at |= {"when": str(rng.choice(["shot", "shot", "any"]))}
     if kind == SLOW:

@@ -26,6 +26,7 @@ BOARD = {"host": "127.0.0.1"}
         ({"boards": [BOARD], "decimation": 8}, "step_samples"),
         ({"boards": [BOARD], "step_samples": 5}, "at least 5.1"),
         ({"boards": [BOARD], "decimation": 8192, "chunk_samples": 6000}, "0.1 s"),
+        ({"boards": [BOARD], "pin_delay_s": 0.6}, "pin_delay_s"),
         ({"boards": [BOARD], "colour": "red"}, "colour"),
         ({"boards": [BOARD], "lines": {"pa_gate": {"pin": "AO4"}}}, "no pin 'AO4'.*AO0, AO1"),
         ({"boards": [BOARD], "lines": {"pa_gate": {"pin": "DIO1_P"}}}, "no pin 'DIO1_P'"),
