@@ -9,10 +9,12 @@ watchdog.py     its watchdog: the wire, the counter, and the questions before ea
 watchdog_proof.py   each card's watchdog acts, seen at the start
 emergency.py    the input that switches the outputs off
 board.py        one board: who it is, its registers, its sequence
+registers.py    its registers that survive a reconnect, as commands
 sequence.py     timeline -> step sequence, enable bits and sines of each board
 layout.py       which terminal of which board is which input, output and line of the platform
 lines.py        lines on pins that no sequence can time: set by command, late, and checked how late
 haste.py        how long it is waited for while power may be on
+gate_clock.py   the end of a gate by command, by the clock, should no sample tell it
 pins.py         a pin set by command and read back at the pad
 scale.py        what its memory says of its converters
 reader.py       the boards' streams as one recording

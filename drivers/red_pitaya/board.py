@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -18,9 +20,10 @@ from drivers.red_pitaya.layout import DIGITAL_PINS, pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
 from drivers.red_pitaya.pairing import open_pair, take_over
 from drivers.red_pitaya.pins import low_levels
+from drivers.red_pitaya.registers import TO_CONFIGURE, registers
 from drivers.red_pitaya.scale import Scale, read_scale
 from drivers.red_pitaya.sequence import BoardProgram
-from drivers.red_pitaya.silence import OUTPUTS_OFF, QUIET_V, READ_BACK, SINES, all_off
+from drivers.red_pitaya.silence import OUTPUTS_OFF, QUIET_V, READ_BACK, all_off
 from drivers.red_pitaya.sines import arming, check_amplitudes
 from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record
 
@@ -63,7 +66,7 @@ class Board:
         Whoever used the old one gets DeviceLost; the new one waits for `settle`.  Errors as in `open`.
         """
         self._adopt()  # or the last new one would be closed before this one is connected
-        self._connection.call_out(self._lows())  # the new one ends sines and sequence at once, and no DIO line
+        self.low(self.output_pins)()  # the new one ends sines and sequence at once, and no DIO line
         self._next = take_over(self._connection, *self._address, self.table.reply_timeout_s, self._off())
 
     def settle(self) -> None:
@@ -185,6 +188,10 @@ class Board:
     def _lows(self) -> list[str]:
         return [f"{pin_header(pin)} OFF" for pin in self.output_pins]
 
+    def low(self, pins: Sequence[str]) -> Callable[[], None]:
+        """What tells these pins of this connection, whoever waits for it, to go low, and is its last word."""
+        return partial(self._connection.call_out, [f"{pin_header(pin)} OFF" for pin in pins])
+
     def _levels(self) -> list[str]:
         """Questions for what `all_off` takes."""
         return [*READ_BACK, *(f"{pin_header(pin)}?" for pin in self.output_pins)]
@@ -242,7 +249,7 @@ class Board:
         Raises DeviceTimeout if it does not come, ShotRefused from `account`.
         """
         raw = memoryview(self._buffer)[: count * PAIR_BYTES + RECORD.size]
-        self._connection.receive_into(raw, self.haste or Haste(self.table.sample_timeout_s))
+        self._connection.receive_into(raw, self.haste.left_s() if self.haste else self.table.sample_timeout_s)
         record = Record.parse(raw[count * PAIR_BYTES :], first)
         account.check(record)
         pairs = np.frombuffer(raw, "<i2", 2 * count).reshape(count, 2)
@@ -275,22 +282,8 @@ class Board:
             self.version += ", inputs not calibrated"
 
     def _configure(self) -> None:
-        """Every register that survives a reconnect, whoever set it; the trigger must be off to leave ACQUISITION."""
-        self.ask("RP:MODE ACQUISITION", "RP:TRIGGER OFF", "RP:TRIGGER:ALIVE OFF", "RP:MODE CONFIGURATION")
-        self.ask(
-            "RP:ADC:FIRENABLED ON",
-            f"RP:ADC:DECIMATION {self.table.decimation}",
-            f"RP:TRIGGER:MODE {self.table.trigger.upper()}",
-            f"RP:TRIGGER:PROP {'OFF' if self.is_last else 'ON'}",
-            "RP:COUNTERTRIGGER:ENABLE OFF",
-            "RP:COUNTER:SAMPLESPERSTEP 0",
-            f"RP:INSTANTRESET:MODE {'ON' if self.table.instant_reset else 'OFF'}",
-            *(f"RP:DAC:CHANNEL{o}:RAMPING:ENABLE OFF" for o in (0, 1)),
-            *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:SIGNALTYPE SINE" for o, c in SINES),
-            *(f"{pin_header(pin)}:HBRIDGE OFF" for pin in self.output_pins),  # or it carries pulses, not a level
-            *(f"{pin_header(pin)}:DIR OUT" for pin in self.output_pins),
-            *(f"{pin_header(pin)}:DIR IN" for pin in self.input_pins),
-        )
+        self.ask(*TO_CONFIGURE)
+        self.ask(*registers(self.table, self.output_pins, self.input_pins, is_last=self.is_last))
         found = self.ask("RP:ADC:DECIMATION?")[0]
         if found != self.table.decimation:
             raise DeviceProtocolError(

@@ -102,7 +102,8 @@ class RedPitayaCard:
         """See IoCard.  The server answers between chunks; the pointer goes in steps of 32 samples."""
         if self._state is not CardState.RUNNING:
             return None
-        return int(self.boards[0].ask("RP:ADC:WP?")[0])
+        with self._stoppable():
+            return int(self.boards[0].ask("RP:ADC:WP?")[0])
 
     def timeline(self) -> Timeline | None:
         """The timeline that runs, None if none does."""
@@ -117,11 +118,13 @@ class RedPitayaCard:
 
     def pin(self, board: int, pin: str) -> bool:
         """Level of a DIO pin, read at the pad."""
-        return self.boards[board].ask(f"{pin_header(pin)}?")[0] == "ON"
+        with self._stoppable():
+            return self.boards[board].ask(f"{pin_header(pin)}?")[0] == "ON"
 
     def set_pin(self, board: int, pin: str, high: bool) -> None:
         """Set a DIO pin.  Raises DeviceError if it does not read back so."""
-        found, _ = set_pin(self.boards[board].ask, pin, high=high)
+        with self._stoppable():
+            found, _ = set_pin(self.boards[board].ask, pin, high=high)
         if found != level(high):
             raise DeviceError(f"{pin} reads back {found}", where=self.boards[board].where, remedy="check its wiring")
 
@@ -180,7 +183,11 @@ class RedPitayaCard:
             reader = self._reader
             if reader.left == 0:
                 raise DeviceStateError("the shot has ended in an error", where=WHERE, remedy="stop the card")
-            chunk = reader.read(max_samples, self._pins.at)
+            try:
+                chunk = reader.read(max_samples, self._pins.at)
+            except DeviceError:
+                self._pins.check()  # that is why the card says nothing more
+                raise
             with self._guard:
                 require(self._state, CardState.RUNNING, where=WHERE)
                 if reader.left == 0:

@@ -15,10 +15,10 @@ from collections.abc import Sequence
 
 from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.commands import parse, reply_kind
-from drivers.red_pitaya.haste import Haste
 from drivers.red_pitaya.ports import acknowledge_at_once, said_within
 
 MARK_S = 1.5  # time for the answer to the first *IDN?
+LAST_WORD_S = 0.2  # a command that is being sent is on its way by then
 UPLOAD_BYTES_PER_S = 200e3  # slower than any network the card is on
 LONGEST_LINE = 4096  # bytes; the server's answers are shorter by far
 
@@ -35,6 +35,8 @@ class Connection:
         self._posted: deque[str] = deque()
         self._broken: str | None = None
         self._no_data: DeviceError | None = None
+        self._telling = threading.Lock()  # held while commands are sent, but not while their answers are waited for
+        self._last_word = False
 
     @property
     def whole(self) -> bool:
@@ -58,10 +60,8 @@ class Connection:
         for command in commands:
             reply_kind(command)  # never send what the server would not answer
         with self._lock:
-            self._check()
             deadline = time.monotonic() + (timeout_s or self._timeout_s)
-            for command in commands:
-                self._send(self._command, f"{command}\n".encode())
+            self._tell(commands)
             while self._posted:
                 self._line(self._posted[0], deadline)
                 self._posted.popleft()
@@ -72,8 +72,7 @@ class Connection:
         """Send a command whose answer is looked for later, by `posted`.  Raises DeviceTimeout, DeviceLost."""
         reply_kind(command)
         with self._lock:
-            self._check()
-            self._send(self._command, f"{command}\n".encode())
+            self._tell([command])
             self._posted.append(command)
 
     def posted(self) -> list[Value] | None:
@@ -93,10 +92,17 @@ class Connection:
         return found
 
     def call_out(self, commands: Sequence[str]) -> None:
-        """Send commands that nobody waits for, in whatever state this connection is and whoever uses it."""
+        """Send commands that nobody waits for, in whatever state this connection is and whoever waits for answers.
+
+        They are its last: answers would be out of step, and nobody shall undo them.
+        """
+        self._last_word = True
+        told = self._telling.acquire(timeout=LAST_WORD_S)
         with contextlib.suppress(OSError):
             for each in commands:
                 self._command.send(f"{each}\n".encode(), socket.MSG_DONTWAIT)
+        if told:
+            self._telling.release()
 
     def upload(self, command: str, payload: bytes) -> None:
         """Send a command and its bytes on the data socket.
@@ -106,8 +112,7 @@ class Connection:
         reply_kind(command)
         self._check_data()
         with self._lock:
-            self._check()
-            self._send(self._command, f"{command}\n".encode())
+            self._tell([command])
             self._data.settimeout(self._timeout_s)
             self._send(self._data, payload)
             try:
@@ -117,26 +122,23 @@ class Connection:
                 self._broken = f"the upload {command!r} was refused"
                 raise
 
-    def receive_into(self, target: memoryview, haste: Haste) -> None:
+    def receive_into(self, target: memoryview, timeout_s: float) -> None:
         """Fill `target` from the data socket.
 
-        Raises DeviceTimeout if no byte comes for so long, or not all of them in time, DeviceLost if the server closes.
+        Raises DeviceTimeout if no byte comes for `timeout_s`, DeviceLost if the server closes.
         """
         self._check_data()
-        filled, by_s = 0, haste.by_s()
+        filled = 0
         while filled < len(target):
-            wait_s = min(haste.most_s, max(by_s - time.monotonic(), 1e-3))
             try:
-                self._data.settimeout(wait_s)
+                self._data.settimeout(timeout_s)
                 acknowledge_at_once(self._data)
                 count = self._data.recv_into(target[filled:])
             except TimeoutError:
                 raise DeviceTimeout(
                     "no samples arrive",
                     where=self.where,
-                    why=f"nothing came for {wait_s:g} s"
-                    if wait_s == haste.most_s
-                    else "they come too slowly for the end of the amplifier's gate",
+                    why=f"nothing came for {timeout_s:g} s",
                     remedy="stop the card and repeat the shot; if it happens again, check trigger, clock and network",
                 ) from None
             except OSError as error:
@@ -207,6 +209,14 @@ class Connection:
                 raise
             raise self._another_service(heard) from None
 
+    def _tell(self, commands: Sequence[str]) -> None:
+        with self._telling:
+            self._check()
+            if self._last_word:
+                raise self._gone("its lines were told to go low")
+            for command in commands:
+                self._send(self._command, f"{command}\n".encode())
+
     def _send(self, to: socket.socket, data: bytes) -> None:
         """One send: the server executes half a command when the other half comes late."""
         try:
@@ -245,12 +255,15 @@ class Connection:
 
     def _check(self) -> None:
         if self._broken is not None:
-            raise DeviceLost(
-                "there is no connection to the card",
-                where=self.where,
-                why=self._broken,
-                remedy="POST /stop (or start anew), which connects again with outputs off",
-            )
+            raise self._gone(self._broken)
+
+    def _gone(self, why: str) -> DeviceLost:
+        return DeviceLost(
+            "there is no connection to the card",
+            where=self.where,
+            why=why,
+            remedy="POST /stop (or start anew), which connects again with outputs off",
+        )
 
     def _check_data(self) -> None:
         if self._no_data is not None:

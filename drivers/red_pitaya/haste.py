@@ -19,7 +19,3 @@ class Haste:
     def left_s(self) -> float:
         """How long the next may take."""
         return max(min(self.most_s, self.until_s - time.monotonic()), LAST_LOOK_S)
-
-    def by_s(self) -> float:
-        """When the next chunk of samples must be here as a whole, on the monotonic clock."""
-        return max(self.until_s, time.monotonic() + LAST_LOOK_S)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from drivers.errors import DeviceTimeout, ShotRefused
 from drivers.red_pitaya.board import Board
+from drivers.red_pitaya.gate_clock import GateClock
 from drivers.red_pitaya.haste import Haste
 from drivers.red_pitaya.layout import Layout, LinePin, pin_header
 from drivers.red_pitaya.pins import level, set_pin
@@ -39,7 +40,7 @@ class PinLines:
     rate_hz: float = 1.0
     gate: LinePin | None = None
     _done: int = field(init=False, default=0)
-    _haste: Haste | None = field(init=False, default=None)
+    _clock: GateClock | None = field(init=False, default=None)
 
     @classmethod
     def of(cls, boards: Sequence[Board], layout: Layout, timeline: Timeline) -> PinLines:
@@ -74,19 +75,8 @@ class PinLines:
             self._set(self.edges[self._done])
 
     def at(self, arrived: int) -> None:
-        """So many samples have arrived: set what is due.  Raises ShotRefused if it is too late for that.
-
-        A gate whose end does not come with the samples, because they trickle, is lowered by the clock.
-        """
-        if self._haste is not None and time.monotonic() > self._haste.until_s:
-            self._set(self._end_of_gate())
-            raise ShotRefused(
-                "the amplifier's gate had to be lowered before its end was seen",
-                where=self.where,
-                why="samples come too slowly, or this computer stood still",
-                remedy="repeat the shot; if it happens again, mend the network, or put the lines on AO0 ... AO2, which "
-                "the card times",
-            )
+        """So many samples have arrived: set what is due.  Raises ShotRefused if it is too late for that."""
+        self.check()
         while self._done < len(self.edges) and self.edges[self._done].sample <= arrived:
             edge = self.edges[self._done]
             written = self._set(edge)
@@ -115,9 +105,7 @@ class PinLines:
             )
         gate = edge.line is DigitalLine.PA_GATE
         if gate and edge.high:
-            most_s = self.delay_samples / self.rate_hz + GATE_GRACE_S
-            high_s = (self._end_of_gate().sample - edge.sample) / self.rate_hz
-            self._hurry(Haste(most_s, time.monotonic() + high_s + most_s))
+            self._hurry(edge)
         found, written = set_pin(self.boards[edge.board].ask, edge.pin, high=edge.high)
         if found != level(edge.high):
             raise ShotRefused(f"{edge.pin} was set {level(edge.high)} and reads back {found}", where=self.where)
@@ -126,15 +114,24 @@ class PinLines:
         self._done += 1
         return written
 
-    def _hurry(self, haste: Haste | None) -> None:
-        """While the gate is high by command, no more is waited for, in all, than its end may be late."""
-        self._haste = haste
+    def check(self) -> None:
+        """Raises ShotRefused if the gate had to be lowered by the clock."""
+        if self._clock is not None:
+            self._clock.check(self.where)
+
+    def _hurry(self, rises: Edge | None) -> None:
+        """While the gate is high by command, no more is waited for, in all, than its end may be late, and by then it is
+        lowered, whoever waits."""
+        haste = None
+        if rises is not None:
+            most_s = self.delay_samples / self.rate_hz + GATE_GRACE_S
+            end = next(e.sample for e in self.edges[self._done :] if e.line is rises.line and not e.high)
+            haste = Haste(most_s, time.monotonic() + (end - rises.sample) / self.rate_hz + most_s)
+            self._clock = GateClock(haste.until_s, self.boards[rises.board].low([rises.pin]))
+        elif self._clock is not None:
+            self._clock.stop(self.where)
         for board in self.boards.values():
             board.haste = haste
-
-    def _end_of_gate(self) -> Edge:
-        """The next that is still to come."""
-        return next(e for e in self.edges[self._done :] if e.line is DigitalLine.PA_GATE and not e.high)
 
     def _gate_is_high(self) -> bool:
         assert self.gate is not None

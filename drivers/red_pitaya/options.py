@@ -16,7 +16,7 @@ from drivers.validation import validated
 BASE_FREQUENCY_HZ = 125e6
 SAFE_STEPS_PER_S = 12e3  # the server's thread keeps up with so many
 LONGEST_MOVE_S = 1.0  # of a Tx/Rx switch
-LONGEST_PIN_DELAY_S = 0.5  # a gate by command is then down within 1 s over its end, whatever the network does
+LONGEST_PIN_DELAY_S = 0.5  # a gate by command is told to fall 0.25 s later at the latest, so within 1 s
 
 REPLAY_REFUSES = {
     WIRE_PIN: "the watchdog's wire begins there",

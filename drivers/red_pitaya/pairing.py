@@ -26,7 +26,6 @@ from collections.abc import Sequence
 
 from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.connection import Connection
-from drivers.red_pitaya.haste import Haste
 from drivers.red_pitaya.ports import Unanswered, ask_anew, connect, notice_its_end, said_within
 from drivers.red_pitaya.stream import PAIR_BYTES
 
@@ -236,7 +235,7 @@ def _samples_arrive(connection: Connection) -> bool:
     """A short read, which needs no trigger.  Leaves the server in mode ACQUISITION."""
     connection.ask_all(["RP:MODE ACQUISITION", f"RP:ADC:DATA? 0,{PROOF_SAMPLES}"])
     try:
-        connection.receive_into(memoryview(bytearray(PROOF_SAMPLES * PAIR_BYTES)), Haste(PROOF_S))
+        connection.receive_into(memoryview(bytearray(PROOF_SAMPLES * PAIR_BYTES)), PROOF_S)
     except DeviceTimeout:
         return False
     return True

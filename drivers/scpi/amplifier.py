@@ -53,12 +53,14 @@ class ScpiAmplifier:
         self._confirm(on=True)
 
     def disable(self) -> None:
-        """See PowerAmplifier.  Raises DeviceFault if it reads back enabled."""
-        self._enabled_muted = False
-        self._exchange.tell(self._do.disable)
-        if self._do.mute:
-            self._exchange.tell(self._do.mute)
-        self._confirm(on=False)
+        """See PowerAmplifier.  Raises DeviceFault if it reads back enabled, twice.
+
+        A shot that is stopped as it begins may enable it between the command and the question.
+        """
+        self._tell_off()
+        if self._is_on():
+            self._tell_off()
+            self._confirm(on=False)
 
     def mute(self) -> None:
         """See PowerAmplifier."""
@@ -97,9 +99,12 @@ class ScpiAmplifier:
 
     def _make_safe(self, exchange: Exchange) -> None:
         """After every opening: no old errors, and off, whatever it was before."""
-        self._enabled_muted = False
         if self._do.clear:
             exchange.tell(self._do.clear)
+        self._tell_off(exchange)
+
+    def _tell_off(self, exchange: Exchange | None = None) -> None:
+        self._enabled_muted, exchange = False, exchange or self._exchange
         exchange.tell(self._do.disable)
         if self._do.mute:
             exchange.tell(self._do.mute)

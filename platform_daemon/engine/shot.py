@@ -67,9 +67,9 @@ def run_shot(
 ) -> RawShot:
     """Make one shot; outputs are off when it returns or raises.
 
-    `cancelled` is asked and `progress(samples so far)` told every 0.1 s of samples.  A shot whose samples are flagged
-    or not contiguous comes back with a `reason`.  Raises Cancelled, InterlockError if the receiver cannot be confirmed
-    disconnected, DeviceError if a device fails.
+    Every 0.1 s of samples `cancelled` is asked and, once the amplifier is off, `progress(samples so far)` told.  A shot
+    whose samples are flagged or not contiguous comes back with a `reason`.  Raises Cancelled, InterlockError if the
+    receiver cannot be confirmed disconnected, DeviceError if a device fails.
     """
     try:
         _prepare(platform, plan, cancelled)
@@ -158,7 +158,8 @@ def _collect(
             clipped, powered = _end_of_power(platform), False
         if done == timeline.rx_start + 1 < timeline.total_samples:
             doubt = _receiver_missing(platform, timeline)
-        progress(done)
+        if not powered:  # who is told may wait for a disk
+            progress(done)
     flagged = f"the I/O card flagged the samples: {', '.join(flags.names())}" if flags.names() else None
     return volts, flags, flagged or doubt or watch.verdict(), clipped
 

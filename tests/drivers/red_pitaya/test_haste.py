@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Sequence
+from types import SimpleNamespace
 
 import pytest
 
 from drivers.errors import ShotRefused
 from drivers.red_pitaya.board import Board
+from drivers.red_pitaya.gate_clock import GateClock
 from drivers.red_pitaya.haste import LAST_LOOK_S, Haste
 from drivers.red_pitaya.lines import GATE_GRACE_S, Edge, PinLines
 from drivers.red_pitaya.options import card_table
@@ -17,6 +20,8 @@ from drivers.timeline import DigitalLine
 
 RATE_HZ, GATE_S, DELAY_S = 1000.0, 0.1, 0.06
 END = round(GATE_S * RATE_HZ)
+MOST_S = DELAY_S + GATE_GRACE_S
+OFF = "RP:DIO:PIN7:SIDEP OFF"
 
 
 class Scripted:
@@ -25,7 +30,7 @@ class Scripted:
     def __init__(self) -> None:
         self.told: list[str] = []
         self.given: list[float | None] = []
-        self.samples: list[Haste] = []
+        self.low = threading.Event()
         self.pad = "OFF"
 
     def ask_all(self, commands: Sequence[str], timeout_s: float | None = None) -> list[str | int | float]:
@@ -34,92 +39,98 @@ class Scripted:
         self.pad = next((c.split()[1] for c in commands if c.startswith("RP:DIO") and " " in c), self.pad)
         return [0 if "WP?" in command else self.pad if command.endswith("?") else 1 for command in commands]
 
-    def receive_into(self, target: memoryview, haste: Haste) -> None:
-        self.samples.append(haste)
+    def receive_into(self, target: memoryview, timeout_s: float) -> None:
+        self.given.append(timeout_s)
         raise TimeoutError
+
+    def call_out(self, commands: Sequence[str]) -> None:
+        if OFF in commands:
+            self.low.set()
 
 
 def board_of(server: Scripted) -> Board:
     table = card_table({"boards": [{"host": "127.0.0.1"}]})
-    board = Board(table.boards[0], table, [], is_last=True)
+    board = Board(table.boards[0], table, ["DIO7_P"], is_last=True)
     vars(board).update(_connection=server, _buffer=bytearray(1000))
     return board
 
 
 @pytest.fixture
-def lines() -> tuple[PinLines, list[Scripted]]:
+def servers() -> list[Scripted]:
+    return [Scripted(), Scripted()]
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    """Stands still but for who sets it, for all but the alarm."""
+    stands = SimpleNamespace(now_s=time.monotonic() + 1000.0)
+    for module in ("haste", "lines"):
+        fake = SimpleNamespace(monotonic=lambda: stands.now_s)
+        monkeypatch.setattr(f"drivers.red_pitaya.{module}.time", fake)
+    return stands
+
+
+def lines_of(servers: Sequence[Scripted]) -> PinLines:
     """A gate on a pin of the second of two boards, high from the start on."""
-    servers = [Scripted(), Scripted()]
     edges = [Edge(sample, 1, "DIO7_P", sample == 0, DigitalLine.PA_GATE) for sample in (0, END)]
     pins = PinLines("", dict(enumerate(map(board_of, servers))), edges, DELAY_S * RATE_HZ, RATE_HZ)
     pins.before_trigger()
-    return pins, servers
+    return pins
 
 
-def test_each_answer_has_what_is_left_of_all() -> None:
-    haste = Haste(0.3, time.monotonic() + 0.2)
-    assert 0.1 < haste.left_s() <= 0.2
-    assert Haste(0.3, time.monotonic() + 9).left_s() == Haste(0.3).left_s() == 0.3
-    assert Haste(0.3, time.monotonic() - 9).left_s() == LAST_LOOK_S
-
-
-def test_a_chunk_has_until_the_end_of_all_and_a_last_look() -> None:
-    now_s = time.monotonic()
-    assert Haste(0.3, now_s + 0.2).by_s() == now_s + 0.2
-    assert LAST_LOOK_S <= Haste(0.3, now_s - 9).by_s() - now_s < LAST_LOOK_S + 1.0
-
-
-def test_answers_that_are_each_late_do_not_add_up_while_the_gate_is_high(
-    lines: tuple[PinLines, list[Scripted]],
-) -> None:
-    pins, servers = lines
-    most_s = DELAY_S + GATE_GRACE_S
-    for board, server in zip(pins.boards.values(), servers, strict=True):
+def given_to(pins: PinLines, servers: Sequence[Scripted]) -> list[float | None]:
+    """How long each board would be waited for now, for an answer and for samples."""
+    for board in pins.boards.values():
         board.ask("RP:STATUS?")
-        assert server.given[-1] == most_s
-        assert board.haste is not None
-        over_s = board.haste.until_s - time.monotonic()
-        assert most_s < over_s <= GATE_S + most_s
-    time.sleep(GATE_S + 0.05)
-    for board, server in zip(pins.boards.values(), servers, strict=True):
-        board.ask("RP:STATUS?")
-        assert (server.given[-1] or 9) < most_s
-
-
-def test_samples_are_waited_for_as_long_as_answers(lines: tuple[PinLines, list[Scripted]]) -> None:
-    pins, servers = lines
-    for board, server in zip(pins.boards.values(), servers, strict=True):
         with pytest.raises(TimeoutError):
             board.next_chunk(0, 4, Continuity("", 0, 0))
-        assert server.samples == [board.haste]
+    return [each for server in servers for each in server.given[-2:]]
 
 
-def test_with_the_gate_low_the_table_says_how_long_again(lines: tuple[PinLines, list[Scripted]]) -> None:
-    pins, servers = lines
+def test_each_wait_has_what_is_left_of_all(servers: list[Scripted], clock: SimpleNamespace) -> None:
+    pins = lines_of(servers)
+    assert given_to(pins, servers) == [MOST_S] * 4
+    clock.now_s += GATE_S + 0.1
+    assert given_to(pins, servers) == pytest.approx([MOST_S - 0.1] * 4)
+    clock.now_s += 9.0
+    assert given_to(pins, servers) == [LAST_LOOK_S] * 4
+
+
+def test_with_the_gate_low_the_table_says_how_long_again(servers: list[Scripted], clock: SimpleNamespace) -> None:
+    pins = lines_of(servers)
     pins.at(END)
-    assert servers[1].told[-3:] == ["RP:DIO:PIN7:SIDEP OFF", "RP:DIO:PIN7:SIDEP?", "RP:ADC:WP?"]
-    for board, server in zip(pins.boards.values(), servers, strict=True):
-        board.ask("RP:STATUS?")
-        assert server.given[-1] is None
+    assert servers[1].told[-3:] == [OFF, "RP:DIO:PIN7:SIDEP?", "RP:ADC:WP?"]
+    assert given_to(pins, servers) == [None, 5.0] * 2
 
 
-def test_a_gate_whose_end_does_not_come_with_the_samples_is_lowered_by_the_clock(
-    lines: tuple[PinLines, list[Scripted]],
-) -> None:
-    pins, servers = lines
-    pins.at(1)
-    assert servers[1].pad == "ON"
-    time.sleep(GATE_S + DELAY_S + GATE_GRACE_S)
+def test_a_patience_without_an_end_is_the_same_for_each() -> None:
+    assert Haste(0.3).left_s() == 0.3
+
+
+def test_a_gate_whose_end_no_sample_tells_is_lowered_by_the_clock(servers: list[Scripted]) -> None:
+    pins = lines_of(servers)
+    pins.check()
+    assert servers[1].low.wait(10.0)
+    assert not servers[0].low.is_set()
     with pytest.raises(ShotRefused, match="before its end was seen"):
         pins.at(2)
-    assert servers[1].pad == "OFF"
 
 
-def test_a_stop_lowers_the_lines_before_it_waits_for_a_new_connection(monkeypatch: pytest.MonkeyPatch) -> None:
-    server, done = Scripted(), list[str]()
-    board = board_of(server)
-    board.output_pins.append("DIO7_P")
-    vars(server)["call_out"] = done.extend
-    monkeypatch.setattr("drivers.red_pitaya.board.take_over", lambda *_: done.append("connects anew"))
+def test_a_clock_that_was_stopped_in_time_does_nothing_and_one_that_was_not_says_so() -> None:
+    rang = threading.Event()
+    early = GateClock(time.monotonic() + 0.3, rang.set)
+    early.stop("")
+    assert not rang.wait(0.5)
+    late = GateClock(time.monotonic() - 1.0, rang.set)
+    assert rang.wait(10.0)
+    with pytest.raises(ShotRefused, match="before its end was seen"):
+        late.stop("")
+
+
+def test_a_stop_lowers_the_lines_before_it_waits_for_a_new_connection(
+    servers: list[Scripted], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    board, done = board_of(servers[0]), list[bool]()
+    monkeypatch.setattr("drivers.red_pitaya.board.take_over", lambda *_: done.append(servers[0].low.is_set()))
     board.replace()
-    assert done == ["RP:DIO:PIN7:SIDEP OFF", "connects anew"]
+    assert done == [True]

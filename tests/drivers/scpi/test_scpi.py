@@ -198,6 +198,27 @@ def test_a_fault_between_the_question_and_the_command_is_seen_in_the_error_queue
     assert not device.on
 
 
+def test_an_amplifier_that_is_enabled_in_the_middle_of_a_stop_is_told_once_more():
+    """A shot that is stopped as it begins may still send its command, between those of the stop."""
+
+    class Enabled(Standard):
+        began = True
+
+        def __call__(self, text):
+            answer = super().__call__(text)
+            if text == "OUTP OFF" and self.began:
+                self.on, self.began = True, False
+            return answer
+
+    device = Enabled()
+    device.began = False
+    made = amplifier(device)
+    made.enable()
+    device.began = True
+    made.disable()
+    assert not device.on
+
+
 def test_an_amplifier_that_stays_on_is_a_fault_not_a_success():
     device = Standard()
     made = amplifier(device)
