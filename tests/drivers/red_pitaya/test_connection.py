@@ -51,6 +51,19 @@ def opened(ports, timeout_s=0.3):
     return open_pair("127.0.0.1", ports, timeout_s, ())
 
 
+def noting(heard):
+    """A server that lets itself be connected, then notes each command in `heard` and answers nothing."""
+
+    def script(command, data):
+        lines(command)()
+        command.sendall(IDENTITY)
+        prove(command, data)
+        for said in command.makefile("r"):
+            heard.append(said.strip())
+
+    return script
+
+
 def test_nobody_at_the_address_is_said_at_once():
     with listener() as free:
         port = free.getsockname()[1]
@@ -246,18 +259,11 @@ def test_samples_that_stay_away_and_a_stream_that_breaks_off_are_different_error
 def test_a_card_whose_answers_stay_away_still_hears_that_a_line_goes_low(serve):
     heard, low = [], "RP:DIO:PIN7:SIDEP OFF"
 
-    def silent(command, data):
-        lines(command)()
-        command.sendall(IDENTITY)
-        prove(command, data)
-        for said in command.makefile("r"):
-            heard.append(said.strip())
-
     def waits():
         with contextlib.suppress(DeviceLost):
             connection.ask("RP:ADC:WP?")
 
-    connection = opened(serve(silent), 60.0)
+    connection = opened(serve(noting(heard)), 60.0)
     waiting = threading.Thread(target=waits)
     waiting.start()
     wait_for(lambda: heard == ["RP:ADC:WP?"])
@@ -271,14 +277,7 @@ def test_a_card_whose_answers_stay_away_still_hears_that_a_line_goes_low(serve):
 def test_after_the_last_word_no_other_command_is_sent(serve):
     heard = []
 
-    def hears(command, data):
-        lines(command)()
-        command.sendall(IDENTITY)
-        prove(command, data)
-        for said in command.makefile("r"):
-            heard.append(said.strip())
-
-    connection = opened(serve(hears))
+    connection = opened(serve(noting(heard)))
     connection.call_out([OFF])
     for of_no_use in (
         lambda: connection.ask("RP:DIO:PIN7:SIDEP ON"),
