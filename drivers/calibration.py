@@ -96,7 +96,7 @@ class ReceiveCalibration:
     relative_std: of all of P together, the reference's own; valid_hz, valid_c: frequencies Hz and temperatures deg C
     between which it holds; temperature_c: at which it was made; transmit: the measured transmit side. None: not said,
     as in many recordings from elsewhere.
-    receiver: what an adopted model corrects besides; never part of a file.
+    receiver: what an adopted model corrects in addition; never part of a file.
     """
 
     sensitivity: NDArray[np.float64]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from datetime import UTC, datetime
-from typing import Protocol
+from typing import Literal, Protocol
 
 
 class Clock(Protocol):
@@ -12,7 +12,11 @@ class Clock(Protocol):
 
     @property
     def realtime(self) -> bool:
-        """Does it pass by itself, or only when somebody sleeps or waits?"""
+        """Whether time passes by itself; otherwise it passes only while a caller sleeps or waits."""
+
+    @property
+    def kind(self) -> Literal["real", "simulated"]:
+        """real: the time of this computer; simulated: it passes faster or slower, or begins on another date."""
 
     def monotonic_s(self) -> float:
         """Seconds since some fixed instant; never jumps."""
@@ -28,6 +32,7 @@ class SystemClock:
     """The time of this computer."""
 
     realtime = True
+    kind: Literal["real", "simulated"] = "real"
 
     def monotonic_s(self) -> float:
         """See Clock."""

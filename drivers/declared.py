@@ -1,4 +1,4 @@
-"""The back end `declared`: coils and calibration whose numbers stand in the platform file."""
+"""The back end `declared`: coils and calibration whose numbers are in the platform file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Row = Annotated[tuple[Finite, Finite, Finite], Field(strict=False)]
 
-FINE_HZ, FINE_UP_TO_HZ, COARSE_HZ = 10.0, 3000.0, 50.0  # a delay bends so little that this is exact to 1e-6
+# a delay bends so little that this is exact to 1e-6
+FINE_HZ = 10.0
+FINE_UP_TO_HZ = 3000.0
+COARSE_HZ = 50.0
 
 
 class Section(BaseModel):

@@ -1,40 +1,48 @@
 """The exception tree of the project.
 
-PlatformError                     what, where, why and the remedy; one line on the CLI, RFC 9457 over REST
-├── InputError                    the caller's mistake: nothing has moved, nothing was written
-│   ├── ConfigError               a TOML file or key
-│   ├── SequenceRejected          a request outside the safety envelope or the platform's abilities
-│   └── RecordingError            a file that is no usable recording
-├── DeviceError                   a device said no, or said nothing
-│   ├── DeviceNotFound            nothing at the address, or the back end has no such device
-│   ├── DeviceDenied              it is there, but its port is not ours: permissions, or another program holds it
-│   ├── DeviceLost                it was there and is gone: unplugged, restarted, or taken by somebody else
-│   ├── DeviceTimeout             no answer in time
-│   ├── DeviceProtocolError       an answer that makes no sense
-│   ├── DeviceFault               the device reports a fault (trip, over-temperature, overload)
-│   ├── DeviceStateError          the command does not fit the state the device is in
-│   └── OutputsUnconfirmed        outputs could not be read back as off: power may be on
-├── InterlockError                the command would connect the receiver to a live amplifier
-└── ShotRefused                   samples are missing, overwritten or corrupted: the shot is not data
+The number is the HTTP status of the answer over REST (`http_status`), which a subclass elsewhere inherits or replaces.
+
+PlatformError                500  what, where, why and the remedy; one line on the CLI, RFC 9457 over REST
+├── InputError               422  the caller's mistake: nothing has moved, nothing was written
+│   ├── ConfigError          422  a TOML file or key
+│   ├── SequenceRejected     422  a request outside the safety envelope or the abilities of the platform
+│   └── RecordingError       422  a file that is no usable recording
+├── DeviceError              502  a device refused, failed or did not answer
+│   ├── DeviceNotFound       502  nothing at the address, or the back end has no such device
+│   ├── DeviceDenied         502  its port cannot be opened: permissions, or another program holds it
+│   ├── DeviceLost           502  the connection was lost: unplugged, restarted, or taken over by another client
+│   ├── DeviceTimeout        504  no answer in time
+│   ├── DeviceProtocolError  502  an answer that makes no sense
+│   ├── DeviceFault          502  the device reports a fault (trip, over-temperature, overload)
+│   ├── DeviceStateError     409  the command does not fit the state that the device is in
+│   └── OutputsUnconfirmed   502  outputs could not be read back as off: power may be on
+├── InterlockError           409  the command would connect the receiver to a live amplifier
+└── ShotRefused              500  samples are missing, overwritten or corrupted: the shot is not data
 """
 
 from __future__ import annotations
+
+from typing import ClassVar
 
 
 class PlatformError(Exception):
     """An error that a user can act on.
 
     `what` happened, `where` (file, key, device, request field), `why`, and the `remedy`; each one short sentence or
-    empty.  `str()` gives all of them on one line.  `nothing_moved`: nothing had begun yet, so what was asked for is
-    what must change.
+    empty.  `str()` gives all of them on one line.  `http_status`: what REST answers; a class has that of its parent
+    unless it says otherwise.  `nothing_moved`: nothing had begun yet, so the request is what must change.
     """
 
     title = "Platform error"
+    http_status: ClassVar[int] = 500
     nothing_moved = False
 
     def __init__(self, what: str, *, where: str = "", why: str = "", remedy: str = "") -> None:
         super().__init__(what)
-        self.what, self.where, self.why, self.remedy = what, where, why, remedy
+        self.what = what
+        self.where = where
+        self.why = why
+        self.remedy = remedy
 
     def __str__(self) -> str:
         head = f"{self.where}: {self.what}" if self.where else self.what
@@ -51,6 +59,7 @@ class InputError(PlatformError):
     """The caller's mistake; no hardware moved and no file was written."""
 
     title = "Invalid input"
+    http_status: ClassVar[int] = 422
     nothing_moved = True
 
 
@@ -73,9 +82,10 @@ class RecordingError(InputError):
 
 
 class DeviceError(PlatformError):
-    """A device refused, failed or stayed silent."""
+    """A device refused, failed or did not answer."""
 
     title = "Device error"
+    http_status: ClassVar[int] = 502
 
 
 class DeviceNotFound(DeviceError):
@@ -85,13 +95,13 @@ class DeviceNotFound(DeviceError):
 
 
 class DeviceDenied(DeviceError):
-    """The device is there, but the operating system keeps us out: permissions, or another program holds it."""
+    """The device is present, but the operating system denies access: permissions, or another program holds it."""
 
     title = "Device denied"
 
 
 class DeviceLost(DeviceError):
-    """The device was there and is gone: unplugged, restarted, or taken over by another client."""
+    """The connection to the device was lost: unplugged, restarted, or taken over by another client."""
 
     title = "Device lost"
 
@@ -100,6 +110,7 @@ class DeviceTimeout(DeviceError):
     """The device did not answer in time."""
 
     title = "Device timed out"
+    http_status: ClassVar[int] = 504
 
 
 class DeviceProtocolError(DeviceError):
@@ -118,10 +129,11 @@ class DeviceStateError(DeviceError):
     """The command does not fit the state the device is in."""
 
     title = "Wrong device state"
+    http_status: ClassVar[int] = 409
 
 
 class OutputsUnconfirmed(DeviceError):
-    """Outputs were told to go off, and could not be read back as off: power may be on."""
+    """Outputs were switched off, and could not be read back as off: power may be on."""
 
     title = "Outputs not confirmed off"
 
@@ -130,6 +142,7 @@ class InterlockError(PlatformError):
     """The command would connect the receiver while the power amplifier can put out power."""
 
     title = "Interlock"
+    http_status: ClassVar[int] = 409
 
 
 class ShotRefused(PlatformError):

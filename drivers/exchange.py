@@ -1,8 +1,8 @@
 """Questions and answers over a wire that may break: one at a time, reopened and re-identified after any failure.
 
-A wire (serial line, USB, TCP) only carries lines.  After a time-out its late answer could be taken for that of the next
-question, and after a reconnect another device may be there; so an exchange that failed opens the wire anew and asks who
-is there before anything else.
+A wire (serial line, USB, TCP) only carries lines.  After a time-out a late answer could be taken for that of the next
+question, and after a reconnect another device may be connected; so after a failed exchange the wire is opened again and
+the identity is checked before anything else is sent.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ class Wire(Protocol):
         """The next line, without its end."""
 
     def close(self) -> None:
-        """Let go.  Idempotent."""
+        """Close.  Idempotent."""
 
 
 class Exchange:
     """The owner of a wire: any thread may ask, one question is on the wire at a time.
 
     identity: what `*IDN?` must contain, empty: anything; on_open: called after every opening, the first included, to
-    bring the device into its safe state; a device may set it anew.  last_words: commands that are sent when an exchange
-    has failed, before the wire is opened anew: a device that still hears, but is not heard, is made safe by them.
+    bring the device into its safe state; a device may replace it.  last_words: commands that are sent when an exchange
+    has failed, before the wire is opened again: they make a device safe that still receives but cannot be received.
     """
 
     last_words: tuple[str, ...] = ()
@@ -47,8 +47,11 @@ class Exchange:
         identify: str = "*IDN?",
         on_open: Callable[[Exchange], None] = lambda exchange: None,
     ) -> None:
-        """Opens.  Raises DeviceNotFound, DeviceDenied, DeviceTimeout, DeviceProtocolError (somebody else answers)."""
-        self.where, self._open_wire, self._wanted, self._identify = where, open_wire, identity, identify
+        """Open the wire.  Raises DeviceNotFound, DeviceDenied, DeviceTimeout, DeviceProtocolError (another device)."""
+        self.where = where
+        self._open_wire = open_wire
+        self._wanted = identity
+        self._identify = identify
         self.on_open = on_open
         self._lock = threading.RLock()
         self._wire: Wire | None = None
@@ -70,21 +73,21 @@ class Exchange:
             self._opened().send(command)
 
     def identity(self) -> Identity:
-        """Who is there, asked now.  Raises also DeviceProtocolError if it is another device than before."""
+        """Query the identity.  Raises also DeviceProtocolError if it is another device than before."""
         with self._lock:
             text = self.ask(self._identify)
             self._check(text)
         return parsed_identity(text)
 
     def close(self) -> None:
-        """Let go.  Idempotent."""
+        """Close.  Idempotent."""
         with self._lock:
             self._closed = True
             self._drop()
 
     def _opened(self) -> Wire:
         if self._closed:
-            raise DeviceLost("the device is closed", where=self.where, remedy="start anew")
+            raise DeviceLost("the device is closed", where=self.where, remedy="restart the daemon")
         if self._wire is None:
             self._wire = self._open_wire()
             try:
@@ -97,7 +100,7 @@ class Exchange:
         return self._wire
 
     def _first_answer(self, wire: Wire) -> str:
-        """Who is there.  What a slow device had still to say from before the wire was reopened is passed over."""
+        """The identity.  A late answer from before the wire was reopened is discarded."""
         answer = wire.receive()
         if self._known is not None and answer != self._known:
             with contextlib.suppress(DeviceTimeout):
@@ -116,7 +119,7 @@ class Exchange:
 
     @contextlib.contextmanager
     def _failing_closed(self) -> Iterator[None]:
-        """After a failure the next exchange opens anew."""
+        """After a failure the wire is closed, so that the next exchange opens it again."""
         try:
             yield
         except DeviceError:
@@ -125,7 +128,7 @@ class Exchange:
             raise
 
     def _say_last_words(self) -> None:
-        """To a device that has been identified on this wire; up to the first that does not go out."""
+        """Send `last_words` to a device that has been identified on this wire, until one cannot be sent."""
         if self._wire is not None:
             with contextlib.suppress(DeviceError):
                 for words in self.last_words:

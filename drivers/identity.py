@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Identity:
-    """Manufacturer, model, serial number and firmware, as read from the device; empty where it does not tell."""
+    """Manufacturer, model, serial number and firmware, as read from the device; empty where it is not reported."""
 
     manufacturer: str
     model: str

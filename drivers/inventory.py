@@ -1,4 +1,4 @@
-"""What is there: identity and state of each device of a platform, whatever fails."""
+"""Identity and state of each device of a platform; a device that fails does not keep the others from being read."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from drivers.errors import PlatformError
 from drivers.identity import Identity
 from drivers.platform import Backend, Platform
 from drivers.registry import DeviceSection, PlatformSection, load_backend
+from drivers.thermometer import plausible_temperature_c
 
 KINDS = ("io_card", "tx_rx_switch", "power_amplifier", "lna", "thermometer")
 
 
 @dataclass(frozen=True)
 class DeviceReport:
-    """One device: what it is in the platform, who it is, its state as name -> plain value, and what went wrong."""
+    """One device: its role in the platform, its identity, its state as name -> plain value, and its error, if any."""
 
     device: str
     identity: Identity | None = None
@@ -112,7 +113,7 @@ def _lna(lna: Any) -> dict[str, Any]:
 
 
 def _thermometer(thermometer: Any) -> dict[str, Any]:
-    return {"temperature_c": thermometer.temperature_c()}
+    return {"temperature_c": plausible_temperature_c(thermometer)}
 
 
 _STATES = {

@@ -14,12 +14,12 @@ from drivers.identity import Identity
 from drivers.timeline import DigitalLine, SampleClock, Timeline
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CardCapabilities:
     """What the card can do: number of analog inputs and outputs, full scales in V, sample clock, longest timeline.
 
-    step_samples: every edge of a burst or line must lie on a multiple of it; line_delay_s: lines may change so much
-    later than asked; output_step_v, frequency_step_hz: steps of the registers, a burst gets the nearest value
+    step_samples: every edge of a burst or line must lie on a multiple of it; line_delay_s: lines may change so
+    much later than requested; output_step_v, frequency_step_hz: steps of the registers, a burst gets the nearest value
     (0: exact); unproved_lines: those that some cards of this kind cannot drive, to be proved before the first shot;
     input_ends_v: lowest and highest voltage of each input, empty: all have +- input_full_scale_v; retunes: one burst of
     an output may follow another with another frequency, amplitude or phase; holds_levels: it plays bursts of frequency
@@ -68,7 +68,7 @@ def require(state: CardState, *allowed: CardState, where: str) -> None:
 
 
 def was_stopped(where: str) -> DeviceStateError:
-    """What a caller gets whose shot was stopped meanwhile."""
+    """The error for a caller whose shot was stopped by another thread."""
     return DeviceStateError("the shot was stopped", where=where, remedy="program and start the shot again")
 
 
@@ -77,7 +77,7 @@ class ChunkFlags:
     """The card's own verdict on a chunk; any True means the shot cannot be used as data.
 
     overwritten: the samples were overwritten before they were read; corrupted: overwritten while they were read;
-    lost_steps: the output was late somewhere, so the excitation was not the one asked for.
+    lost_steps: the output was late somewhere, so the excitation was not the requested one.
     """
 
     overwritten: bool = False
@@ -89,7 +89,7 @@ class ChunkFlags:
         return tuple(n for n in ("overwritten", "corrupted", "lost_steps") if getattr(self, n))
 
     def __or__(self, other: ChunkFlags) -> ChunkFlags:
-        """What holds for the samples of both."""
+        """Flags of both chunks together."""
         return ChunkFlags(
             self.overwritten or other.overwritten,
             self.corrupted or other.corrupted,
@@ -114,7 +114,7 @@ class IoCard(Protocol):
     """Real-time I/O card.  Blocking; one owner thread, except `stop()`, which any thread may call at any time."""
 
     def identity(self) -> Identity:
-        """Who the card is, read from the card.  Raises DeviceTimeout, DeviceProtocolError."""
+        """Identity of the card, read from the card.  Raises DeviceTimeout, DeviceProtocolError."""
 
     def capabilities(self) -> CardCapabilities:
         """What the card can do; constant while it is open."""
@@ -126,7 +126,7 @@ class IoCard(Protocol):
         """The sample that is being played and recorded now, by the card's own clock; None if nothing runs."""
 
     def program(self, timeline: Timeline) -> None:
-        """Load a timeline.  Outputs stay zero and lines low.  A card that still ends the shot before is waited for.
+        """Load a timeline.  Outputs stay zero and lines low.  Waits for a card that is still ending the previous shot.
 
         Allowed when IDLE or PROGRAMMED, else DeviceStateError.  Raises SequenceRejected if the card cannot play it
         exactly (clock, length, amplitude, output number, grid of edges): it never clamps, and rounds at most to the
@@ -139,7 +139,7 @@ class IoCard(Protocol):
     def trigger(self) -> None:
         """Start outputs, lines and recording together at sample 0.  ARMED only, else DeviceStateError.
 
-        The caller has read the Tx/Rx switch back as TRANSMIT: contacts on their way would lose the start of the drive.
+        The caller has read the Tx/Rx switch back as TRANSMIT: moving contacts would lose the start of the drive.
         """
 
     def read(self, max_samples: int) -> Chunk:
@@ -147,8 +147,8 @@ class IoCard(Protocol):
 
         The card's own filter delay is compensated to the nearest sample: sample k is the instant k / rate after the
         trigger.  The state becomes IDLE with the last sample.  Raises DeviceStateError if nothing is running (also
-        after a stop), DeviceTimeout if samples stay away, DeviceLost if the card is gone, DeviceProtocolError on a
-        reply that makes no sense, ShotRefused if the card's own account shows that this is not one recording.
+        after a stop), DeviceTimeout if no samples arrive, DeviceLost if the connection is lost, DeviceProtocolError
+        on a reply that makes no sense, ShotRefused if the card's own account shows that this is not one recording.
         """
 
     def stop(self) -> None:
@@ -159,4 +159,4 @@ class IoCard(Protocol):
         """
 
     def close(self) -> None:
-        """`stop()`, then let go of the card.  Idempotent."""
+        """`stop()`, then release the card.  Idempotent."""

@@ -11,7 +11,7 @@ class Lna(Protocol):
     """Low-noise amplifier, one gain for all channels."""
 
     def identity(self) -> Identity:
-        """Who the amplifier is.  Raises DeviceTimeout, DeviceProtocolError."""
+        """Identity of the amplifier.  Raises DeviceTimeout, DeviceProtocolError."""
 
     def gains(self) -> tuple[float, ...]:
         """The gains it can be set to, V/V, rising."""
@@ -29,4 +29,4 @@ class Lna(Protocol):
         """Forget past overloads."""
 
     def close(self) -> None:
-        """Let go.  Idempotent."""
+        """Release the device.  Idempotent."""

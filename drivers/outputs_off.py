@@ -18,7 +18,8 @@ def switch_outputs_off(section: PlatformSection) -> None:
     Devices on the card's lines come after the card.  Raises ConfigError, and OutputsUnconfirmed that lists all that
     failed; everything else has been switched off then.
     """
-    tables, backends = _tables(section), output_backends(section)
+    tables = _tables(section)
+    backends = output_backends(section)
     opened: list[Any] = []
 
     def off(kind: str, act: Callable[[Any], None]) -> Callable[[], None]:

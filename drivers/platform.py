@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from drivers.calibration import ReceiveCalibration, TransmitCalibration, TransmitChannel
 from drivers.clock import Clock
@@ -27,8 +27,15 @@ class Backend(Protocol):
 
     Constructed as `Backend(options)` with the TOML table `[backends.NAME]`; each device method gets the device's own
     table without its `backend` key.  Both raise ConfigError for a key that is missing, unknown or out of range.  A
-    back end need offer only the devices it has; the others raise DeviceNotFound.
+    back end need offer only the devices it has; the others raise DeviceNotFound.  Derive from
+    `drivers.backend.RealBackend`, which has every default.
+
+    in_process: the devices live in this process and end with it, so that no output can outlive it and no guard has to
+    watch; changes_resonators: `mount` puts the resonator into the clamping unit by itself, else the operator does.
     """
+
+    in_process: ClassVar[bool] = False
+    changes_resonators: ClassVar[bool] = False
 
     def io_card(self, options: Mapping[str, Any]) -> IoCard:
         """The I/O card."""
@@ -61,16 +68,13 @@ class Backend(Protocol):
         """The clock of this back end; real devices return SystemClock()."""
 
     def mount(self, specimen: Specimen) -> None:
-        """The operator has put this resonator into the clamping unit.  Real back ends: nothing to do.
-
-        One that does it by itself has an attribute `changes_resonators` that is true.
-        """
+        """The operator has put this resonator into the clamping unit.  Real back ends: nothing to do."""
 
     def warm_up(self) -> object:
-        """Do now what would make the first shot late (compiling, loading); blocking, harmless to repeat."""
+        """Do in advance what would delay the first shot (compiling, loading).  Blocking; idempotent."""
 
     def ground_truth(self) -> Mapping[str, Any] | None:
-        """What only a simulation knows of the shot just made (seed, effects, parameters); None on real hardware."""
+        """What only a simulation knows of the last shot (seed, effects, parameters); None on real hardware."""
 
 
 @dataclass
@@ -94,17 +98,17 @@ class Platform:
     guard: PowerGuard = field(default_factory=NoGuard)
 
     def mount(self, specimen: Specimen) -> None:
-        """Tell every back end which resonator is in the clamping unit."""
+        """Announce to every back end which resonator is in the clamping unit."""
         for backend in self.backends.values():
             backend.mount(specimen)
 
     @property
     def changes_resonators(self) -> bool:
-        """It mounts what is asked for; else the operator does."""
-        return any(getattr(backend, "changes_resonators", False) for backend in self.backends.values())
+        """A back end mounts the resonator of a request by itself; otherwise the operator does."""
+        return any(backend.changes_resonators for backend in self.backends.values())
 
     def warm_up(self) -> None:
-        """Let every back end do what takes long the first time."""
+        """Warm up every back end."""
         for backend in self.backends.values():
             backend.warm_up()
 
@@ -114,21 +118,21 @@ class Platform:
         return {name: dict(record) for name, record in records.items() if record is not None}
 
     def outputs_off(self) -> None:
-        """Card stopped, amplifier disabled, receiver disconnected, all at once, so that none waits for another that
-        does not answer; one OutputsUnconfirmed lists all that failed.  Any thread, any time.
+        """Stop the card, disable the amplifier and disconnect the receiver, all at once, so that none waits for another
+        that does not answer.  Raises one OutputsUnconfirmed that lists all that failed.  Any thread, any time.
 
         A switch or amplifier on the card's lines, and a switch that a timeline still moves, comes after the card.
         """
         self.guard.switching_off()
         card = Step(self.card.stop)
-        amplifier = Step(self.amplifier.disable, after=card if _on_card(self.amplifier) else None)
+        amplifier = Step(self.amplifier.disable, after=card if self.amplifier.on_card_lines else None)
         switch = Step(self.switch.to_transmit, after=card)
         refuse_failures([each.failure() for each in (card, amplifier, switch)])
         self.guard.power_is_off()
 
     def close(self) -> None:
-        """Outputs off and every device let go, the card last: others may hang on its lines; one DeviceError lists
-        all that failed."""
+        """Switch outputs off and close every device, the card last, because others may be driven by its lines.  Raises
+        one DeviceError that lists all that failed."""
         devices = (self.amplifier, self.switch, self.lna, self.thermometer, self.card)
         steps = [self.outputs_off, *(d.close for d in devices if d is not None)]
         _raise_all("the platform did not close cleanly", [_failure(step) for step in steps], DeviceError)
@@ -141,15 +145,17 @@ def refuse_failures(failures: list[str]) -> None:
 
 
 class Step:
-    """Something done in a thread of its own, when another step is over or has had its time."""
+    """An action in a thread of its own, begun when another step has ended or has timed out."""
 
     def __init__(self, step: Callable[[], None], after: Step | None = None) -> None:
-        self._step, self._after, self._failed = step, after, ""
+        self._step = step
+        self._after = after
+        self._failed = ""
         self.over = threading.Event()
         threading.Thread(target=self._run, name="outputs-off", daemon=True).start()
 
     def failure(self) -> str:
-        """Wait for it, and for what it waits for, OFF_S each; what failed, "" if nothing did."""
+        """Wait for this step and for the one before it, OFF_S each.  Returns what failed, "" if nothing did."""
         if not self.over.wait(OFF_S if self._after is None else 2 * OFF_S):
             return f"{getattr(self._step, '__qualname__', self._step)}: not over after {OFF_S:g} s"
         return self._failed
@@ -161,13 +167,8 @@ class Step:
         self.over.set()
 
 
-def _on_card(device: object) -> bool:
-    """True for a device that has no wire but the card's lines."""
-    return bool(getattr(device, "on_card_lines", False))
-
-
 def _failure(step: Callable[[], None]) -> str:
-    """Do it; what failed, "" if nothing did."""
+    """Run the step.  Returns what failed, "" if nothing did."""
     try:
         step()
     except Exception as error:  # every later step must still be tried

@@ -8,10 +8,10 @@ from typing import Protocol
 from drivers.identity import Identity
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AmplifierStatus:
     """Read-back: enabled, muted, fault text (None if healthy), heat-sink temperature in deg C (None if the amplifier
-    does not tell), clipped since the last `enable()`."""
+    does not report it), clipped since the last `enable()`."""
 
     enabled: bool
     muted: bool
@@ -27,10 +27,16 @@ class AmplifierStatus:
 
 class PowerAmplifier(Protocol):
     """Class-D amplifier.  Power reaches the coils only if enabled, not muted, without fault, and while the card's line
-    PA_GATE is high.  It starts disabled and muted, also after a reconnect."""
+    PA_GATE is high.  It starts disabled and muted, also after a reconnect.  A class that derives from this one inherits
+    the defaults."""
+
+    @property
+    def on_card_lines(self) -> bool:
+        """Whether the card's lines are its only wire, so that it is switched off after the card has been stopped."""
+        return False
 
     def identity(self) -> Identity:
-        """Who the amplifier is.  Raises DeviceTimeout, DeviceProtocolError."""
+        """Identity of the amplifier.  Raises DeviceTimeout, DeviceProtocolError."""
 
     def status(self) -> AmplifierStatus:
         """Fresh read-back.  Raises DeviceTimeout, DeviceProtocolError."""
@@ -48,10 +54,10 @@ class PowerAmplifier(Protocol):
         """Let the input through.  Raises DeviceStateError unless enabled."""
 
     def reset_fault(self) -> None:
-        """Clear a latched fault; the amplifier is disabled and muted afterwards, whatever comes of it.
+        """Clear a latched fault; the amplifier is disabled and muted afterwards, whether it succeeds or not.
 
         Raises DeviceFault if the fault stays: its cause persists, or the amplifier has no reset command.
         """
 
     def close(self) -> None:
-        """`disable()` and let go.  Idempotent."""
+        """`disable()`, then release the device.  Idempotent."""

@@ -1,4 +1,4 @@
-"""Who switches the outputs off when the process that lets power out can no longer do it."""
+"""Contract of the guard, which switches the outputs off when the process that owns them can no longer do so."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from drivers.errors import InterlockError
 
 
 class PowerGuard(Protocol):
-    """Told by the thread that moves a shot, and by no other; `refusal` and `reset` may be asked by any."""
+    """Called by the thread that runs a shot alone, except `refusal` and `reset`, which any thread may call."""
 
     def watch(self) -> None:
-        """Begin to watch now, so that the first power need not wait for it."""
+        """Start watching now, so that the first shot need not wait for it."""
 
     def refusal(self) -> InterlockError | None:
-        """Why no power may come: a fault that no person has reset, a lease beyond the limit; None: it may."""
+        """Why no power is allowed: a fault that no person has reset, a lease beyond the limit; None: it is allowed."""
 
     def unfit(self) -> InterlockError | None:
-        """Why no power will ever come as the platform is set, a lease beyond the limit; None: it may."""
+        """Why the configuration never allows power, a lease beyond the limit; None: it does allow it."""
 
     def reset(self, by: str, reason: str) -> str | None:
         """Clear a fault in the name of a person; what it was, None: there was none.
@@ -26,23 +26,23 @@ class PowerGuard(Protocol):
         """
 
     def power_may_come(self) -> None:
-        """From now on signs of life are expected.  Raises InterlockError if nobody would see them."""
+        """From now on signs of life are expected.  Raises InterlockError if no guard process answers."""
 
     def alive(self) -> None:
         """A sign of life; one is due at least every LEASE_S while power may come."""
 
     def switching_off(self) -> None:
-        """Outputs are being switched off, which devices that do not answer may draw out."""
+        """Outputs are being switched off, which takes longer if a device does not answer."""
 
     def power_is_off(self) -> None:
         """All outputs are confirmed off."""
 
     def close(self) -> None:
-        """The devices have been let go, with outputs off; harmless to repeat."""
+        """The devices have been released, with outputs off.  Idempotent."""
 
 
 class NoGuard:
-    """For devices that die with the process, as simulated ones do."""
+    """For devices that end with the process, as simulated ones do."""
 
     def watch(self) -> None:
         """See PowerGuard."""

@@ -1,6 +1,6 @@
 """Contracts of what calibrates a platform: a small dipole of known moment, and a probe of known sensitivity.
 
-Both stand where the rotor stands in a measurement, one at a time, and neither is there during a series.
+Each takes the place that the rotor has in a measurement, one at a time, and both are removed before a series.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class ReferenceDipole(Protocol):
     """
 
     def identity(self) -> Identity:
-        """Who the dipole is."""
+        """Identity of the dipole."""
 
     def output(self) -> int:
         """The card's output that feeds it."""
@@ -43,7 +43,7 @@ class FieldProbe(Protocol):
     """A three-axis field sensor that records on the card's clock."""
 
     def identity(self) -> Identity:
-        """Who the probe is."""
+        """Identity of the probe."""
 
     def relative_std(self) -> float:
         """Standard deviation of its sensitivity, relative."""

@@ -22,6 +22,7 @@ from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.clock import SystemClock
 from drivers.errors import ConfigError, PlatformError
 from drivers.platform import Backend, Platform
+from drivers.thermometer import RetriedThermometer
 from drivers.wiring_proof import prove_lines
 
 
@@ -85,6 +86,21 @@ def load_backend(name: str, options: Mapping[str, Any]) -> Backend:
     return backend
 
 
+def outputs_outlive_process(section: PlatformSection) -> bool:
+    """Whether an output of this platform can stay on when the process that owns it has ended.
+
+    Nothing is opened.  Raises ConfigError if a back end is not installed.
+    """
+    outputs = (section.io_card, section.power_amplifier, section.tx_rx_switch)
+    kinds: list[type[Backend]] = [_backend_class(name) for name in {table.backend for table in outputs}]
+    return not all(kind.in_process for kind in kinds)
+
+
+def _backend_class(name: str) -> type[Backend]:
+    kind: type[Backend] = entry_points.load(entry_points.BACKENDS, name, "back end")
+    return kind
+
+
 class Emulator(Protocol):
     """Devices that exist only as wires, constructed as `Emulator(tables, folder)`: the tables of its TOML file, and the
     folder that paths in it count from.  Raises ConfigError; nothing listens then."""
@@ -135,6 +151,10 @@ def build_platform(
         opened.append(getattr(backends[table.backend], kind)(table.options()))
         return opened[-1]
 
+    def thermometer(table: DeviceSection) -> RetriedThermometer:
+        opened.append(RetriedThermometer(lambda: backends[table.backend].thermometer(table.options())))
+        return opened[-1]
+
     try:
         platform = Platform(
             name=section.name,
@@ -142,7 +162,7 @@ def build_platform(
             switch=device("tx_rx_switch"),
             amplifier=device("power_amplifier"),
             lna=device("lna"),
-            thermometer=device("thermometer") if section.thermometer else None,
+            thermometer=thermometer(section.thermometer) if section.thermometer else None,
             transmit=transmit,
             calibration=calibration,
             clock=_clock(backends),

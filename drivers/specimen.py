@@ -50,11 +50,15 @@ class ThreadBearing(_Section):
 class Measured(_Section):
     """Values measured on this specimen; each overrides the design value, null: the design value holds."""
 
-    f_nat_hz: Positive | None = Field(None, description="Natural frequency at small angles, Hz.")
-    m_r_am2: Positive | None = Field(None, description="Magnetic moment of the rotor, A m^2.")
-    lambda_per_s: NonNegative = Field(description="Viscous damping, 1/s; it has no design equation.")
+    f_nat_hz: Positive | None = Field(default=None, description="Natural frequency at small angles, Hz.")
+    m_r_am2: Positive | None = Field(default=None, description="Magnetic moment of the rotor, A m^2.")
+    lambda_per_s: NonNegative | None = Field(
+        default=None,
+        description="Viscous damping, 1/s; it has no design equation. A simulated resonator without it has the paper's "
+        "of its bearing.",
+    )
     tf_over_i_rad_per_s2: NonNegative | None = Field(
-        None, description="Dry friction torque over moment of inertia, rad/s^2; of a jewel bearing only."
+        default=None, description="Dry friction torque over moment of inertia, rad/s^2; of a jewel bearing only."
     )
 
 
@@ -79,7 +83,7 @@ class RotorModel(_Section):
     )
     orientation_scatter_rad: Annotated[float, Field(ge=0, le=0.1, allow_inf_nan=False)] = Field(
         default=0.0,
-        description="Standard deviation, per axis, by which the resonator is turned anew in every shot, rad.",
+        description="Standard deviation, per axis, by which the resonator is turned in every shot, rad.",
     )
 
 
@@ -108,6 +112,7 @@ class SideModeLimit(_Section):
     operating_field_t: Positive = Field(description="Field at which it is to be used, T.")
     found: str = Field(min_length=1, description="When it was found, ISO 8601.")
     evidence: str = Field(min_length=1, description="How it was found: job, threshold and its interval.")
+    job: str | None = Field(None, description="Id of the ramp that found it; null: not recorded.")
 
 
 class Specimen(_Section):
@@ -118,7 +123,7 @@ class Specimen(_Section):
     magnets: Magnets
     jewel: JewelBearing | None = Field(None, description="The cup of a jewel bearing; null: it is a thread.")
     thread: ThreadBearing | None = Field(None, description="The thread; null: it is a jewel bearing.")
-    measured: Measured
+    measured: Measured = Field(Measured(), description="Values measured on this specimen; none: it is new.")
     pose: Pose
     rotor: RotorModel = Field(
         RotorModel(model="single_axis"), description="How the simulated platform moves the rotor."
@@ -136,13 +141,13 @@ class Specimen(_Section):
 
     @model_validator(mode="after")
     def _defects_fit_rotor(self) -> Specimen:
-        asked = {
+        given = {
             "[defects]": self.defects is not None,
             "rotor.side_damping_per_s": self.rotor.side_damping_per_s > 0,
             "rotor.gravity_m_per_s2": self.rotor.gravity_m_per_s2 != DOWN,
         }
-        if self.rotor.model == "single_axis" and any(asked.values()):
-            found = ", ".join(name for name, there in asked.items() if there)
+        if self.rotor.model == "single_axis" and any(given.values()):
+            found = ", ".join(name for name, there in given.items() if there)
             raise ValueError(f"{found}: a single_axis rotor has no side modes; choose rotor.model = 'rigid_body'")
         if self.defects is not None and self.variant == "thread" and self.defects.jewel_tilt_rad:
             raise ValueError("a thread resonator has no jewel: leave defects.jewel_tilt_rad out")

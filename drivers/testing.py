@@ -1,15 +1,15 @@
-"""Scripted devices for tests of drivers: the driver runs, only the device is a function.  Published, as the suites of
-`drivers.conformance` are.
+"""Scripted devices for tests of drivers: the driver is the real one, only the device is a function.  It is published,
+as the suites of `drivers.conformance` are.
 
-A *device* is a function of one line (text without its end).  It gives the line that it answers, or None if it says
-nothing.  On a scripted wire it may give a DeviceError, which the wire then raises; behind a real port it may give
+A *device* is a function of one line (text without its end).  It gives the line that it answers, or None if it does
+not answer.  On a scripted wire it may give a DeviceError, which the wire then raises; behind a real port it may give
 bytes, which go over it as they are (garbage, half an answer).
 
     lamp = {"*IDN?": "ACME,lamp,7,1.2", "LIT?": "0"}.get
     wires = ScriptedWires(lamp)
     exchange = Exchange("lamp", wires)              # opens a ScriptedWire; no port, no socket, no thread
     wires.device = lambda line: None                # from now on it is silent: DeviceTimeout
-    assert wires.opened[0].closed                   # after a failure the exchange has let go
+    assert wires.opened[0].closed                   # after a failure the exchange has closed the wire
 
 ScriptedWires, ScriptedWire: the place of a wire, for drivers above `drivers.exchange`.
 TcpDevice, SerialDevice: the same functions behind a real TCP port or pseudo-terminal, for wires themselves.
@@ -39,7 +39,7 @@ class ScriptedWire:
     """See drivers.exchange.Wire; what is sent goes to a device, what it answers is received in order.
 
     Receiving when there is no answer is a time-out at once.  `late`: lines that arrive before the first answer, as
-    after a time-out.  `sent`: every line so far; `closed`: whether it was let go.
+    after a time-out.  `sent`: every line so far; `closed`: whether it was closed.
     """
 
     def __init__(self, device: Device, late: Iterable[str] = ()) -> None:
@@ -98,7 +98,8 @@ class TcpDevice:
     """
 
     def __init__(self, device: RawDevice, end: str = "\n") -> None:
-        self._device, self._end = device, end.encode("ascii")
+        self._device = device
+        self._end = end.encode("ascii")
         self.heard: list[bytes] = []
         self._listening = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listening.getsockname()[1]
@@ -138,7 +139,7 @@ class TcpDevice:
                     self.heard.append(line + self._end)
                     peer.sendall(_raw(self._device(line.decode("ascii").strip()), self._end))
         except OSError:
-            return  # the other side has gone
+            return  # the other side has closed the connection
 
 
 class SerialDevice:

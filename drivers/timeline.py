@@ -1,4 +1,4 @@
-"""The sample-exact timeline: what the I/O card is told to play, and what it must record.
+"""The sample-exact timeline that the I/O card plays and records.
 
 A shot is one contiguous run of samples: TX window, switch window, RX window (paper, section "Measurement Sequence").
 Sample k is the instant k / rate after the trigger, for outputs, lines and inputs alike.
@@ -116,9 +116,9 @@ class Timeline:
 
     def loudest_v(self, output: int) -> float:
         """Largest sum of the amplitudes of bursts that sound together on one output, V; 0 if none does."""
-        mine = [b for b in self.bursts if b.output == output]
-        steps = [(b.start_sample, abs(b.amplitude_v)) for b in mine]
-        steps += [(b.stop_sample, -abs(b.amplitude_v)) for b in mine]
+        bursts = [b for b in self.bursts if b.output == output]
+        steps = [(b.start_sample, abs(b.amplitude_v)) for b in bursts]
+        steps += [(b.stop_sample, -abs(b.amplitude_v)) for b in bursts]
         if not all(np.isfinite(change) for _, change in steps):
             return float("nan")
         steps.sort()  # at one sample what ends comes first: its change is negative

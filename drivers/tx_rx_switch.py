@@ -17,7 +17,7 @@ class SwitchPosition(StrEnum):
     MOVING = "moving"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SwitchTiming:
     """dead_time_s: from the command until the contacts have left the old side and reached the new one;
     bounce_s: how long they may bounce after that; settle_s: how long the receiver then rings before data are good."""
@@ -33,14 +33,19 @@ class SwitchTiming:
 
 
 class TxRxSwitch(Protocol):
-    """Tx/Rx switch.  Its rest position is TRANSMIT: the receiver is disconnected unless somebody asks for it.
+    """Tx/Rx switch.  Its rest position is TRANSMIT: the receiver is disconnected unless it is commanded.
 
     During a running timeline the switch follows the card's line RX_CONNECT, and the two commands below may raise
-    DeviceStateError; outside it they move the contacts.
+    DeviceStateError; outside it they move the contacts.  A class that derives from this one inherits the defaults.
     """
 
+    @property
+    def reads_back(self) -> bool:
+        """Whether `position` reads the contacts; otherwise it is assumed from the line, and a stuck relay is missed."""
+        return True
+
     def identity(self) -> Identity:
-        """Who the switch is.  Raises DeviceTimeout, DeviceProtocolError."""
+        """Identity of the switch.  Raises DeviceTimeout, DeviceProtocolError."""
 
     def timing(self) -> SwitchTiming:
         """How long a change of position takes; constant while it is open."""
@@ -55,7 +60,7 @@ class TxRxSwitch(Protocol):
     def to_transmit(self) -> None:
         """Disconnect the receiver.  Returns when read-back confirms TRANSMIT; raises DeviceFault if it does not.
 
-        It is called a few ms after RX_CONNECT has fallen: contacts on their way, and their bounces, are waited for.
+        It is called a few ms after RX_CONNECT has fallen, and waits until moving contacts have stopped bouncing.
         """
 
     def to_receive(self) -> None:
@@ -65,4 +70,4 @@ class TxRxSwitch(Protocol):
         """
 
     def close(self) -> None:
-        """Go to TRANSMIT and let go.  Idempotent."""
+        """Go to TRANSMIT and release the device.  Idempotent."""

@@ -1,4 +1,4 @@
-"""What pydantic has to say about a table, in words: which key, what it must be, and what was meant perhaps.
+"""The complaints of pydantic about a table, in words: which key, what it must be, and what may have been meant.
 
 One place for TOML files, the command line and REST.
 """
@@ -18,7 +18,7 @@ from drivers.errors import ConfigError
 
 Model = TypeVar("Model", bound=BaseModel)
 
-_MOST_TOLD = 20  # complaints in one message: nobody reads more at a time
+_MAX_LISTED = 20  # complaints in one message
 
 _UNITS = {
     **{
@@ -50,7 +50,7 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Complaint:
-    """What is wrong with one key: `where`, dotted, empty for the whole; `what`: goes on after the key's name."""
+    """What is wrong with one key: `where`, dotted, empty for the whole; `what`: continues after the key's name."""
 
     where: str
     what: str
@@ -78,8 +78,8 @@ def validated(model: type[Model], table: Mapping[str, Any], where: str) -> Model
 
 def listed(found: Sequence[object]) -> str:
     """Complaints in one line: the first of them, and how many more there are."""
-    more = len(found) - _MOST_TOLD
-    return "; ".join([*map(str, found[:_MOST_TOLD]), *([f"and {more} more"] if more > 0 else [])])
+    more = len(found) - _MAX_LISTED
+    return "; ".join([*map(str, found[:_MAX_LISTED]), *([f"and {more} more"] if more > 0 else [])])
 
 
 def complaints(errors: Sequence[Any], model: Any = None) -> list[Complaint]:
@@ -94,8 +94,10 @@ def complaints(errors: Sequence[Any], model: Any = None) -> list[Complaint]:
 
 
 def _place(loc: Sequence[Any], model: Any, *, keep_last: bool) -> tuple[tuple[str, ...], list[str]]:
-    """The keys of a location, without what pydantic calls the members of a union, and the keys that may stand last."""
-    kinds, place, known = _inside(model), [], []
+    """The keys of a location, without pydantic's names of union members, and the keys that may come last."""
+    kinds = _inside(model)
+    place = []
+    known = []
     for number, part in enumerate(loc):
         models = [k for k in kinds if _is_model(k)]
         union = len(models) > 1 and dict not in kinds  # the keys of a table may be called as anything
@@ -106,7 +108,8 @@ def _place(loc: Sequence[Any], model: Any, *, keep_last: bool) -> tuple[tuple[st
         elif of_kind:
             kinds = of_kind
         elif part in fields:
-            known, kinds = list(fields), [each for annotation in fields[part] for each in _inside(annotation)]
+            known = list(fields)
+            kinds = [each for annotation in fields[part] for each in _inside(annotation)]
             place.append(part)
         elif model is None or any(k is dict for k in kinds) or (keep_last and number == len(loc) - 1):
             known = list(fields)
@@ -131,7 +134,7 @@ def _fields(kinds: list[Any]) -> dict[str, list[Any]]:
 
 
 def _is_tag(model: type[BaseModel], part: Any) -> bool:
-    """Is it what tells this model from the others of its union?"""
+    """Whether it is the tag that distinguishes this model from the others of its union."""
     literals = [f.annotation for f in model.model_fields.values() if get_origin(f.annotation) is Literal]
     return any(get_args(each) == (part,) for each in literals)
 
@@ -157,7 +160,9 @@ def _words(place: tuple[str, ...], entries: list[Any], known: list[str]) -> str:
     for entry in entries:
         if entry["type"] == "value_error":
             return f"is wrong: {entry['ctx']['error']}"
-    wanted, meant, unit = [], "", _unit(place)
+    wanted = []
+    meant = ""
+    unit = _unit(place)
     for entry in entries:
         text, hint = _wanted(entry, unit)
         wanted.append(text)
@@ -168,7 +173,9 @@ def _words(place: tuple[str, ...], entries: list[Any], known: list[str]) -> str:
 
 def _wanted(entry: Any, unit: str) -> tuple[str, str]:
     """(what it must be, what was meant perhaps)."""
-    kind, ctx, value = entry["type"], entry.get("ctx") or {}, entry["input"]
+    kind = entry["type"]
+    ctx = entry.get("ctx") or {}
+    value = entry["input"]
     if kind in _LIMITS:
         name, word = _LIMITS[kind]
         return f"{word} {ctx[name]:g} {unit}".rstrip(), _other_unit(value, ctx, name, unit)
@@ -218,5 +225,7 @@ def _nearest(word: str, known: Sequence[str]) -> str:
 def _shown(value: Any) -> str:
     if value is None:
         return "null"
+    if isinstance(value, float) and float(short := f"{value:.12g}") != value:
+        return short  # without the rounding of a unit that was converted
     text = ascii(value) if isinstance(value, str) and not value.isprintable() else repr(value)
     return text if len(text) < 80 else f"{text[:76]} ..."

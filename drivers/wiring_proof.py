@@ -1,4 +1,7 @@
-"""Before the first shot: a line that some cards cannot drive does move the switch.  No power, no gate."""
+"""Before the first shot it is proved that the receiver's line moves the switch, with no power and the gate low.
+
+Some images of the card cannot drive that line (`CardCapabilities.unproved_lines`).
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ TRIES = 3  # a busy computer may be late by more than that
 
 
 def prove_lines(platform: Platform) -> None:
-    """Raise the receiver's line with the gate low, and see the switch follow; nothing to do if the card vouches for it.
+    """Raise the receiver's line with the gate low, and see the switch follow; nothing if the card surely drives it.
 
     A switch that does not read back proves nothing, which is logged.  Raises DeviceFault if it does not follow,
     DeviceTimeout if this computer was too late to see that.
@@ -26,7 +29,7 @@ def prove_lines(platform: Platform) -> None:
     can = platform.card.capabilities()
     if DigitalLine.RX_CONNECT not in can.unproved_lines:
         return
-    if not getattr(platform.switch, "reads_back", True):
+    if not platform.switch.reads_back:
         log.warning("line_not_proved", line=DigitalLine.RX_CONNECT.value, why="the switch does not read back")
         return
     length_s = platform.switch.timing().total_s + MARGIN_S
@@ -54,7 +57,7 @@ def prove_lines(platform: Platform) -> None:
 
 
 def _raised(platform: Platform, timeline: Timeline, length_s: float) -> bool | None:
-    """Play the line; what `_follows` says."""
+    """Play the line; returns the result of `_follows`."""
     platform.card.program(timeline)
     platform.card.arm()
     begun_s = time.monotonic()
@@ -67,14 +70,16 @@ def _raised(platform: Platform, timeline: Timeline, length_s: float) -> bool | N
 
 
 def _follows(platform: Platform, begun_s: float, length_s: float) -> bool | None:
-    """Whether the switch is seen on RECEIVE; None: nobody looked while the line was surely high, and the contacts at
-    rest, so that this says nothing.  The line rose between `begun_s` and now."""
-    looked, now_s = False, time.monotonic()
-    rested_s, deadline_s = now_s + platform.switch.timing().total_s, now_s + length_s
+    """Whether the switch was read back on RECEIVE; None: it was not read while the line was certainly high and the
+    contacts were settled, so that the result is inconclusive.  The line rose between `begun_s` and now."""
+    looked = False
+    now_s = time.monotonic()
+    settled_s = now_s + platform.switch.timing().total_s
+    deadline_s = now_s + length_s
     while now_s < deadline_s:
-        asked_s = now_s
+        read_s = now_s
         if platform.switch.position() is SwitchPosition.RECEIVE:
             return True
         now_s = time.monotonic()
-        looked |= asked_s >= rested_s and now_s < begun_s + length_s
+        looked |= read_s >= settled_s and now_s < begun_s + length_s
     return False if looked else None

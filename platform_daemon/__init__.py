@@ -1,5 +1,66 @@
-"""The daemon: acquisition, calibrated dm/dt, on-line fitting, by REST and on the command line."""
+"""The daemon, and the library for those who never start one: recordings, fits, simulated signals, diagnoses.
 
-from importlib.metadata import version
+Example:
+    >>> import platform_daemon as pd_
+    >>> fit = pd_.fit(pd_.open("first.h5"), model="jewel", window="d30")
+    >>> fit["f_nat_hz"].value, fit["f_nat_hz"].std
+"""
 
-__version__ = version("platform-daemon")
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from drivers.errors import InputError, PlatformError, RecordingError
+
+    from .estimation.physics.torque_term import Coefficient, TorqueTerm
+    from .library.diagnosis import DiagnosisResult, diagnose
+    from .library.fit import Fit, Fits, fit, fit_frames
+    from .library.recording import Recording, from_arrays
+    from .library.recording import open_recording as open
+    from .library.simulate import simulate
+
+    __version__: str
+
+__all__ = [
+    "Coefficient",
+    "DiagnosisResult",
+    "Fit",
+    "Fits",
+    "InputError",
+    "PlatformError",
+    "Recording",
+    "RecordingError",
+    "TorqueTerm",
+    "__version__",
+    "diagnose",
+    "fit",
+    "fit_frames",
+    "from_arrays",
+    "open",
+    "simulate",
+]
+
+_PLACES = {
+    **dict.fromkeys(("InputError", "PlatformError", "RecordingError"), "drivers.errors"),
+    **dict.fromkeys(("Coefficient", "TorqueTerm"), "platform_daemon.estimation.physics.torque_term"),
+    **dict.fromkeys(("DiagnosisResult", "diagnose"), "platform_daemon.library.diagnosis"),
+    **dict.fromkeys(("Fit", "Fits", "fit", "fit_frames"), "platform_daemon.library.fit"),
+    **dict.fromkeys(("Recording", "from_arrays", "open"), "platform_daemon.library.recording"),
+    "simulate": "platform_daemon.library.simulate",
+}
+"""Where a name is defined; each is imported when it is used, because the estimation takes seconds to load."""
+
+
+def __getattr__(name: str) -> object:
+    if name == "__version__":  # `importlib.metadata` takes longer than the rest of `--version`
+        from importlib.metadata import version
+
+        return version("platform-daemon")
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(_PLACES[name]), "open_recording" if name == "open" else name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

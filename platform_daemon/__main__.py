@@ -5,19 +5,21 @@ from __future__ import annotations
 import os
 import sys
 
-from platform_daemon.cli.interrupts import INTERRUPTED, no_interrupt_lost
+_INTERRUPTED = 130  # as in core/command_line/interrupts.py, whose import an interrupt may strike
 
 
 def main() -> None:
     """See `platform-daemon --help`."""
-    _have_standard_streams()
     try:
+        _have_standard_streams()
+        from .core.command_line.interrupts import no_interrupt_lost
+
         with no_interrupt_lost():
-            from platform_daemon.cli.main import main as run
+            from .cli.main import main as run
         run()
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
-        sys.exit(INTERRUPTED)
+        sys.exit(_INTERRUPTED)
 
 
 def _have_standard_streams() -> None:

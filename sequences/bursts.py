@@ -1,4 +1,4 @@
-"""From half periods of the field to what the I/O card plays on one output."""
+"""From half periods of the field to the bursts that the I/O card plays on one output."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ FEWEST_LEVELS = 6.0  # of a staircase, per period
 
 
 def sine_burst(drive: ChannelDrive, windows: Windows, phase_rad: float) -> Burst:
-    """One sine over the whole TX window: every card can play it."""
+    """One sine over the whole TX window, which every card can play; phase_rad: of the field at its start, rad."""
     phase = float(np.mod(drive.phase_rad + phase_rad, 2 * np.pi))
     return Burst(drive.channel.output, 0, windows.tx_samples, windows.frequency_hz, drive.dac_v, phase)
 
 
 def lobe_bursts(drive: ChannelDrive, lobes: Lobes, tx_samples: int, card: CardCapabilities) -> tuple[Burst, ...]:
-    """The voltage that makes the current of one coil follow the half periods, as the card can play it.
+    """The bursts whose voltage makes the current of one coil follow the half periods.
 
-    Sines: each half period a sine of its own, or on a card that cannot change a sine, levels held from edge to edge
-    of its grid.  Rectangles: levels.  Raises SequenceRejected if the card can do neither.
+    A sine becomes one sine per half period, or, on a card that cannot change a running sine, levels that are constant
+    on the card's grid.  A rectangle becomes levels.  Raises SequenceRejected if the card can play neither.
     """
     if lobes.waveform == "sine" and card.retunes:
         return _sines(drive, lobes, tx_samples, card.clock.rate_hz)
@@ -47,7 +47,7 @@ def lobe_bursts(drive: ChannelDrive, lobes: Lobes, tx_samples: int, card: CardCa
 
 
 def _sines(drive: ChannelDrive, lobes: Lobes, tx_samples: int, rate_hz: float) -> tuple[Burst, ...]:
-    """Edges on samples; what is left of a sample to the zero of the field is phase."""
+    """One sine per half period; edges are on samples, and the distance to the zero of the field is a phase."""
     starts = np.clip(np.ceil(lobes.zeros_s * rate_hz - 1e-6).astype(int), 0, tx_samples)
     bursts = []
     for k, sign in enumerate(lobes.signs()):
@@ -61,7 +61,7 @@ def _sines(drive: ChannelDrive, lobes: Lobes, tx_samples: int, rate_hz: float) -
 
 
 def _staircase(drive: ChannelDrive, lobes: Lobes, tx_samples: int, card: CardCapabilities) -> tuple[Burst, ...]:
-    """Level after level, each the voltage in the middle of its step, with a fundamental as large as the sine's."""
+    """Levels with the voltage in the middle of each step, scaled so that the fundamental has the sine's amplitude."""
     step_s = card.step_samples / card.clock.rate_hz
     fastest_hz = 0.5 / float(np.min(np.diff(lobes.zeros_s)))
     if fastest_hz * step_s * FEWEST_LEVELS > 1:
@@ -86,7 +86,7 @@ def _staircase(drive: ChannelDrive, lobes: Lobes, tx_samples: int, card: CardCap
 
 
 def _rectangles(drive: ChannelDrive, lobes: Lobes, tx_samples: int, card: CardCapabilities) -> tuple[Burst, ...]:
-    """Levels of the voltage whose steady current makes the field, earlier by what the loop is late at its frequency."""
+    """Levels of the voltage whose steady current makes the field, advanced by the loop's delay at its frequency."""
     rate_hz, step = card.clock.rate_hz, card.step_samples
     level = drive.current_a * drive.channel.resistance_ohm / drive.channel.amplifier_gain
     bursts: list[Burst] = []
@@ -102,7 +102,7 @@ def _rectangles(drive: ChannelDrive, lobes: Lobes, tx_samples: int, card: CardCa
 
 
 def _dac(drive: ChannelDrive, frequency_hz: float) -> tuple[float, float]:
-    """Amplitude at the DAC, V, and phase before the field, rad, of a sine of this frequency."""
+    """Amplitude at the DAC, V, and phase advance against the field, rad, of a sine of this frequency."""
     impedance = drive.channel.impedance_ohm(frequency_hz)
     turned = math.pi if drive.current_a < 0 else 0.0
     return abs(drive.current_a) * abs(impedance) / drive.channel.amplifier_gain, cmath.phase(impedance) + turned

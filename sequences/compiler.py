@@ -1,4 +1,4 @@
-"""Compiles a request into the timeline that the I/O card plays, and says what was realised of it."""
+"""Compiles a request into the timeline that the I/O card plays, and reports the realised values."""
 
 from __future__ import annotations
 
@@ -21,8 +21,11 @@ from sequences.windows import Windows, realise, whole_steps
 
 @dataclass(frozen=True)
 class TransmitSide:
-    """What a sequence must know of the platform: coils, card, switch, the site's limits, and how long
-    the amplifier may put out power after its gate has fallen, s."""
+    """The properties of the platform on which a sequence depends.
+
+    channels: the coils; card: abilities of the I/O card; switch: timing; limits: of the site; amplifier_off_s: how long
+    the amplifier may deliver power after its gate has fallen, s.
+    """
 
     channels: Sequence[TransmitChannel]
     card: CardCapabilities
@@ -38,7 +41,7 @@ class TransmitSide:
 
 @dataclass(frozen=True)
 class ShotPlan:
-    """A checked shot: its timeline, its drives, what they do to the coils; a blank shot has no drives.
+    """A checked shot: its timeline, its drives and their effect on the coils; a blank shot has no drives.
 
     lobes: half periods of the field; None where it is one sine over the whole window, or blank.
     """
@@ -56,7 +59,7 @@ class ShotPlan:
         return {d.channel.axis: d.current_a for d in self.drives}
 
     def summary(self) -> dict[str, Any]:
-        """Requested and realised values, plain numbers with units in the names, for records and the dry run."""
+        """Requested and realised values for records and the dry run: plain numbers, units in the names."""
         rate = self.timeline.clock.rate_hz
         coils = self.figures.coils
         return {
@@ -88,9 +91,10 @@ def compile_shot(
 ) -> ShotPlan:
     """The checked plan of one shot.
 
-    planned: half periods of the field, which a request with a phase plan needs and no other has; those that do not fit
-    into the TX window are left out.  Raises SequenceRejected if the request leaves the safety envelope, the card's
-    abilities or the switch's timing.  Nothing is clamped.  A blank shot has the same windows and lines, and no burst.
+    planned: half periods of the field, required for a request with a phase plan and forbidden for others; those that do
+    not fit into the TX window are omitted.  Raises SequenceRejected if the request leaves the safety envelope, the
+    card's abilities or the switch's timing.  Nothing is clamped.  A blank shot has the same windows and lines, and no
+    burst.
     """
     windows = realise(request, side.card.clock, side.card.step_samples)
     drives: tuple[ChannelDrive, ...] = ()
@@ -120,7 +124,7 @@ def loop_lag_s(request: SequenceRequest, side: TransmitSide) -> float:
 
 
 def _lobes(request: SequenceRequest, windows: Windows, planned: Lobes | None, side: TransmitSide) -> Lobes | None:
-    """The half periods of the field; None: it is one plain sine."""
+    """The half periods of the field; None if the field is one plain sine."""
     if (planned is not None) != (request.phase_plan != "none"):
         raise ValueError("half periods are planned for requests with a phase plan, and for no others")
     if request.is_plain:

@@ -1,4 +1,4 @@
-"""From the field wanted at the rotor to the sine on each DAC output."""
+"""From the requested field at the rotor to the sine on each DAC output."""
 
 from __future__ import annotations
 

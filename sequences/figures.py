@@ -1,4 +1,4 @@
-"""What a shot does to coils and amplifier, from the exact samples of its timeline."""
+"""Load of coils and amplifier in a shot, computed from the exact samples of its timeline."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from drivers.timeline import Timeline
 from sequences.drive import ChannelDrive
 
 PER_SAMPLE = 8  # points: a sine of an eighth of the sampling rate is right to 1e-3 then
-TAIL = 20.0  # time constants of the loop after which its current has died
+TAIL = 20.0  # time constants of the loop after which its current has decayed
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class ShotFigures:
 
 
 def figures_of(timeline: Timeline, drives: Sequence[ChannelDrive]) -> ShotFigures:
-    """Play the timeline into the loops, each a resistance and an inductance in series, until the current has died.
+    """Load of each loop, a resistance and an inductance in series, from the start until the current has decayed.
 
-    The voltage is taken as straight between points, the current is exact for that.
+    The voltage is taken as linear between points; the current is exact for that voltage.
     """
     rate_hz = PER_SAMPLE * timeline.clock.rate_hz
     slowest_s = max((d.channel.inductance_h / d.channel.resistance_ohm for d in drives), default=0.0)
@@ -60,7 +60,7 @@ def figures_of(timeline: Timeline, drives: Sequence[ChannelDrive]) -> ShotFigure
 
 
 def loop_current_a(volts: NDArray[np.float64], rate_hz: float, channel: TransmitChannel) -> NDArray[np.float64]:
-    """Current of one coil at the points (n,) of a voltage, A; none before the first."""
+    """Current of one coil at the points (n,) of a voltage (n,), A; zero at the first point."""
     x = channel.resistance_ohm / (channel.inductance_h * rate_hz)
     decay, average = float(np.exp(-x)), float(-np.expm1(-x) / x)
     pushed = (1.0 - average) * volts[1:] + (average - decay) * volts[:-1]

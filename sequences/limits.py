@@ -1,4 +1,4 @@
-"""The safety envelope: site limits that every sequence must keep, checked before hardware moves."""
+"""The safety envelope: limits of the site that every sequence must keep, checked before the hardware acts."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class SafetyLimits(BaseModel):
 
 
 def check_drive(field_t: float, drives: Sequence[ChannelDrive], limits: SafetyLimits) -> None:
-    """Field, coil current and amplifier voltage within limits, else SequenceRejected naming limit and remedy."""
+    """Check field, coil current and amplifier voltage; raise SequenceRejected with limit and remedy."""
     _at_most("the field amplitude", field_t, limits.max_field_t, "T", "limits.max_field_t", "field_t")
     for d in drives:
         name = f"the current of coil {d.channel.axis}"
@@ -52,15 +52,15 @@ def check_drive(field_t: float, drives: Sequence[ChannelDrive], limits: SafetyLi
         _at_most(name, d.amplifier_v, d.channel.amplifier_limit_v, "V", "the amplifier's limit", "field_t")
 
 
-ROUNDING = 1e-3  # of `figures_of`: what one steady sine reaches was checked exactly, by its amplitude
+ROUNDING = 1e-3  # error of `figures_of`; the amplitude of one steady sine is checked exactly by `check_drive`
 
 
 def check_figures(
     figures: ShotFigures, drives: Sequence[ChannelDrive], duration_s: float, limits: SafetyLimits
 ) -> None:
-    """What the exact samples do, within limits; raises SequenceRejected like `check_drive`.
+    """Check the load of the exact samples against the limits; raise SequenceRejected like `check_drive`.
 
-    A loop that is not driven by one steady sine may go beyond its amplitudes.
+    A loop that is not driven by one steady sine may exceed the amplitudes of its drive.
     """
     field_t = figures.peak_field_t / (1 + ROUNDING)
     _at_most("the peak of the field", field_t, limits.max_field_t, "T", "limits.max_field_t", "field_t")
@@ -87,11 +87,11 @@ def check_timeline(
     switch: SwitchTiming,
     amplifier_off_s: float = 0.0,
 ) -> None:
-    """Times, DAC range and the exclusion of power and receiver; raises SequenceRejected.
+    """Check times, DAC range and the exclusion of power and receiver; raise SequenceRejected.
 
     amplifier_off_s: how long the amplifier may put out power after its gate has fallen.
 
-    It looks only at the finished timeline, not at how it was made, so that a mistake in the compiler shows here.
+    The check uses only the finished timeline and not the way it was made, so that it detects a mistake of the compiler.
     """
     rate = timeline.clock.rate_hz
     tx_s = timeline.tx_samples / rate
@@ -110,8 +110,10 @@ def check_timeline(
 
 
 def _check_exclusion(timeline: Timeline, switch: SwitchTiming, late: float, guard: float) -> None:
-    """Power and receiver never together, receiver settled before RX begins; lines may be `late` samples late, and the
-    amplifier needs `guard` samples to be off."""
+    """Check that power and receiver are never on together, and that the receiver has settled before RX begins.
+
+    late: possible delay of the lines, samples; guard: time that the amplifier needs to switch off, samples.
+    """
     power = [level for level in timeline.lines if level.line is DigitalLine.PA_GATE]
     receive = [level for level in timeline.lines if level.line is DigitalLine.RX_CONNECT]
     for p in power:

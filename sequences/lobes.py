@@ -18,7 +18,7 @@ class Lobes:
     """A field that changes its sign at `zeros_s`, (n + 1,) s from the start of TX, strictly rising.
 
     The first zero may lie before TX, which then begins inside a half period.  first_sign: of the first half period, +1
-    or -1, the others take turns.  The field is zero after the last zero.
+    or -1, the following signs alternate.  The field is zero after the last zero.
     """
 
     zeros_s: NDArray[np.float64]
@@ -38,7 +38,7 @@ class Lobes:
         return 0.5 * len(self) / float(self.zeros_s[-1] - self.zeros_s[0]) if len(self) else 0.0
 
     def until(self, stop_s: float) -> Lobes:
-        """Those half periods that end by then."""
+        """The half periods that end by `stop_s`."""
         return replace(self, zeros_s=self.zeros_s[self.zeros_s <= stop_s * (1 + ALMOST)])
 
     def at(self, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -62,12 +62,12 @@ def half_period(place: NDArray[np.float64], waveform: Waveform, duty: float) -> 
 def unplanned_lobes(request: SequenceRequest, frequency_hz: float, tx_s: float) -> Lobes:
     """Half periods of a constant frequency or of a linear chirp from `frequency_hz` to `frequency_hz` + chirp_hz.
 
-    A half period that TX would cut off at its end is left out: the field ends at a zero.
+    A half period that would extend beyond TX is omitted, so that the field ends at a zero.
     """
     slope = request.chirp_hz / tx_s
     turn = request.phase_rad / np.pi  # half periods before TX
     first = math.floor(turn + ALMOST)
-    # Zeros where 2 (f t + slope t^2 / 2) + turn is whole; before TX the frequency stands still.
+    # Zeros where 2 (f t + slope t^2 / 2) + turn is whole; before TX the frequency is constant.
     last = math.floor(2 * (frequency_hz * tx_s + 0.5 * slope * tx_s**2) + turn + ALMOST)
     half = np.arange(first, last + 1) - turn
     root = np.sqrt(np.maximum(frequency_hz**2 + slope * np.maximum(half, 0.0), 0.0))

@@ -1,4 +1,4 @@
-"""What a user asks for: one measurement sequence in physical units (paper, tab:measurement_parameter)."""
+"""The request: one measurement sequence in physical units (paper, tab:measurement_parameter)."""
 
 from __future__ import annotations
 

@@ -22,14 +22,14 @@ SAMPLES_PER_PERIOD = 6.0
 
 @dataclass(frozen=True)
 class ToneShot:
-    """A checked shot of tones; blank: no power is wanted, the amplifier stays disabled."""
+    """A checked shot of tones; blank: the shot needs no power, the amplifier stays disabled."""
 
     timeline: Timeline
     blank: bool
 
 
 def played_hz(frequency_hz: float, card: CardCapabilities) -> float:
-    """The frequency that the card plays for this one.  Raises SequenceRejected if it can play none like it."""
+    """The frequency that the card plays for a requested one, Hz.  Raises SequenceRejected if there is none."""
     step = card.frequency_step_hz
     played = step * round(frequency_hz / step) if step else frequency_hz
     if not 0 < played <= card.clock.rate_hz / SAMPLES_PER_PERIOD:
@@ -42,7 +42,7 @@ def played_hz(frequency_hz: float, card: CardCapabilities) -> float:
 
 
 def dipole_shot(output: int, frequency_hz: float, volts: float, listen_s: float, side: TransmitSide) -> ToneShot:
-    """A tone on the reference dipole's output, from the first sample to the last, heard by the connected receiver.
+    """A tone on the reference dipole's output, from the first sample to the last, received by the connected receiver.
 
     The gate stays low throughout.  Raises SequenceRejected if the card cannot play it.
     """
@@ -68,7 +68,7 @@ def dipole_shot(output: int, frequency_hz: float, volts: float, listen_s: float,
 def coil_tones(
     drives: Sequence[ChannelDrive], frequency_hz: float, tone_s: float, side: TransmitSide
 ) -> tuple[ToneShot, list[tuple[int, int]]]:
-    """One coil after the other, each for `tone_s`, then the receiver; and from which sample to which each one sounds.
+    """A tone on one coil after the other, each for `tone_s`, then the receiver; and first and last sample of each tone.
 
     Raises SequenceRejected outside the safety envelope.
     """
@@ -98,7 +98,7 @@ def coil_tones(
 
 
 def coil_drive(channel: TransmitChannel, amplifier_v: float, frequency_hz: float) -> ChannelDrive:
-    """One coil at so many volts behind the amplifier, phase 0 at the DAC."""
+    """The drive of one coil with a voltage amplitude after the amplifier, phase 0 at the DAC."""
     current_a = amplifier_v / abs(channel.impedance_ohm(frequency_hz))
     return ChannelDrive(channel, current_a, amplifier_v, amplifier_v / channel.amplifier_gain, 0.0)
 
@@ -114,5 +114,5 @@ def _has_output(output: int, card: CardCapabilities) -> None:
 
 
 def _guard_s(side: TransmitSide) -> float:
-    """From the gate's fall to the receiver, more than the least guard by half a step at least."""
+    """Time from the gate's fall to the receiver, s; it exceeds the least guard by at least half a step."""
     return max(GUARD_S, side.guard_s + side.card.step_samples / side.card.clock.rate_hz + side.card.line_delay_s)

@@ -1,4 +1,4 @@
-"""Window lengths in samples, and what they make of the requested frequency and times."""
+"""Window lengths in whole samples, and the realised frequency and times."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Windows:
 def realise(request: SequenceRequest, clock: SampleClock, step: int = 1) -> Windows:
     """Whole samples for the three windows, each a multiple of `step`, the card's grid of edges.
 
-    The TX window holds a whole number of periods and of samples, so the frequency moves a little: 10 periods of 212 Hz
-    at 125 MHz/2048 become 2879 samples and 212.0012 Hz.  Raises SequenceRejected for a frequency that the clock cannot
-    play with at least 8 samples per period, or an RX window below one sample.
+    The TX window holds a whole number of periods and of samples, so the frequency changes slightly: 10 periods of 212
+    Hz at 125 MHz/2048 become 2879 samples and 212.0012 Hz.  Raises SequenceRejected for a frequency that the clock
+    cannot play with at least 8 samples per period, or an RX window below one sample.
     """
     if request.f_tx_hz > clock.rate_hz / 8:
         raise SequenceRejected(

@@ -1,9 +1,9 @@
-"""The simulated platform as a back end: one world, its devices, and the doors that only a simulation has."""
+"""The simulated platform as a back end: one world, its devices, and operations that only a simulation has."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from sim_backend.devices.io_card import SimulatedIoCard
 from sim_backend.devices.lna import SimulatedLna
 from sim_backend.devices.power_amplifier import SimulatedPowerAmplifier
 from sim_backend.devices.reference import SimulatedFieldProbe, SimulatedReferenceDipole
-from sim_backend.devices.thermometer import SimulatedThermometer
 from sim_backend.devices.tx_rx_switch import SimulatedTxRxSwitch
 from sim_backend.options import (
     CalibrationTable,
@@ -28,14 +27,38 @@ from sim_backend.options import (
 )
 from sim_backend.receive.calibration import receive_calibration, transmit_channels
 from sim_backend.world.clock import SimulatedClock
-from sim_backend.world.warm_up import warm_up
 from sim_backend.world.world import World
 
 
-class SimulatedBackend:
-    """See drivers.platform.Backend; `options` is the table `[backends.simulated]`."""
+class SimulatedThermometer:
+    """See drivers.thermometer.Thermometer."""
 
-    changes_resonators = True
+    def __init__(self, world: World) -> None:
+        self._world = world
+
+    def temperature_c(self) -> float:
+        """See Thermometer: the true temperature with the sensor's offset, noise and resolution."""
+        world = self._world
+        options = world.options.thermometer
+        with world.lock:
+            noise_k = options.noise_k * float(world.thermometer_rng.standard_normal())
+            reading = world.temperature.celsius(world.clock.monotonic_s()) + options.offset_k + noise_k
+        return reading if options.resolution_k == 0 else round(reading / options.resolution_k) * options.resolution_k
+
+    def close(self) -> None:
+        """See Thermometer."""
+
+
+class SimulatedBackend:
+    """See drivers.platform.Backend; `options` is the table `[backends.simulated]`.
+
+    >>> backend = SimulatedBackend(tomllib.loads(text)["backends"]["simulated"])
+    >>> backend.mount(specimen)
+    >>> card = backend.io_card({"base_frequency_hz": 125e6, "decimation": 2048, "max_samples": 10**7})
+    """
+
+    in_process: ClassVar[bool] = True
+    changes_resonators: ClassVar[bool] = True
 
     def __init__(self, options: Mapping[str, Any]) -> None:
         self.options = validated(SimulatedOptions, options, "backends.simulated")
@@ -90,7 +113,7 @@ class SimulatedBackend:
         return self.world.clock
 
     def mount(self, specimen: Specimen) -> None:
-        """See Backend.  A different specimen starts at rest; the same one goes on as it is."""
+        """See Backend.  A different specimen starts at rest; the same one keeps its present motion."""
         self.world.mount(specimen)
 
     def ground_truth(self) -> Mapping[str, Any] | None:
@@ -98,11 +121,13 @@ class SimulatedBackend:
         return self.world.truth()
 
     def repair(self) -> None:
-        """Replace what broke and forget faults to come."""
+        """Repair all damage and remove planned faults."""
         self.world.repair()
 
     def warm_up(self) -> float:
-        """Compile (or load from the cache) everything a shot needs; returns the seconds it took."""
+        """Compile all kernels of a shot, or load them from the cache; return the elapsed time, s."""
+        from sim_backend.world.warm_up import warm_up  # here: it loads the compiler
+
         return warm_up()
 
     def _check_gain(self, gain: float, where: str) -> None:

@@ -1,4 +1,4 @@
-"""Shots for a study, without card, engine and file: the same world, as fast as it can be computed.
+"""Many shots for a study, without card, engine and file: the same world, as fast as the computer allows.
 
 backend = SimulatedBackend(tables["backends"]["simulated"] | {"undeclared": [{"id": "quadratic_drag", ...}]})
 calibration = backend.receive_calibration(...)
@@ -21,7 +21,7 @@ from sim_backend.backend import SimulatedBackend
 
 @dataclass(frozen=True)
 class StudyShot:
-    """volts: (3, n) float32 of the RX window, V at the ADC; truth: see `truth.record`."""
+    """One shot.  volts: (3, n) float32 of the RX window at the ADC, V; truth: see `truth.record`."""
 
     volts: NDArray[np.float32]
     truth: dict[str, Any]
@@ -35,12 +35,12 @@ def play(
     lna_gain: float,
     between_s: float = 15.0,
 ) -> Iterator[StudyShot]:
-    """Play a timeline again and again on a rotor that is stopped before every shot.
+    """Simulate a timeline repeatedly; the rotor is at rest before every shot.
 
-    between_s: world time from the end of a shot to the next, in which temperature and mains run on and the contacts go
-    home (their dead time at least); it costs no computing with the clock in mode "fast".
-    Raises ConfigError for a gain the LNA does not have or a specimen that the undeclared effects do not fit,
-    DeviceError if the motion cannot be followed.
+    lna_gain: V/V; between_s: world time from the end of a shot to the next, s, at least the dead time of the contacts;
+    temperature and mains continue meanwhile.  With the clock in mode "fast" this time costs no computing. Raises
+    ConfigError for a gain that the LNA does not have or hidden effects that the specimen cannot have, DeviceError if
+    the motion cannot be integrated.
     """
     world = backend.world
     backend.lna({"gain": lna_gain})
@@ -49,8 +49,8 @@ def play(
     for _ in range(shots):
         world.hold_still()
         world.start(timeline)
-        setup, result = world.player.result()
+        setup, result = world.shot_simulator.result()
         truth = world.truth()
         assert truth is not None
         world.clock.sleep(setup.stop_s + between_s)
-        yield StudyShot(result.heard.volts[:, timeline.rx_start :], truth)
+        yield StudyShot(result.received.volts[:, timeline.rx_start :], truth)

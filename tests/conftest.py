@@ -7,18 +7,19 @@ import signal
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
-from platform_daemon.analysis.model_registry.library import Library
-from platform_daemon.app import start_engine
-from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.job_records import JobRecords
+from platform_daemon.core.hardware.engine import Engine
+from platform_daemon.core.jobs.job_records import JobRecords
+from platform_daemon.core.settings import load_platform
 from platform_daemon.estimation.numerics.blas_threads import one_thread_for_products
-from platform_daemon.settings import load_platform
+from platform_daemon.processes.assembly import start_engine
 
+pytest_plugins = [f"tests.kit.fixtures.{name}" for name in ("command_line", "network", "processes", "service", "web")]
 pytest.register_assert_rewrite("tests.kit")  # what is compared there is shown as in a test
 
 # The same examples every time: a red run must be red again.  `make campaign` draws new ones.
@@ -47,27 +48,40 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)  # `nohup` has them ignore a closed
 
 # Real processes, sockets and clocks: beside another program one of them may come late.  What needed its second attempt
 # is listed at the end of the run.  Tests of what is never allowed, and of numbers, have one attempt.
-_REAL_TIME = {
-    "alarms",
-    "api",
-    "campaigns",
-    "cli",
-    "drivers",
-    "engine",
-    "link",
-    "schedules",
-    "serving",
-    "supervisor",
-    "system",
-    "workers",
-}
+_REAL_TIME = (
+    "campaigns/*",
+    "cli/*",
+    "core/command_line/*",
+    "core/guard/*",
+    "core/hardware/*",
+    "core/jobs/*",
+    "core/service/*",
+    "core/web/*",
+    "drivers/*",
+    "features/acquire/*",
+    "features/alarms/*",
+    "features/calibrate/*",
+    "features/procedures/*",
+    "features/self_test/*",
+    "features/schedules/*",
+    "features/*command.py",
+    "features/*routes.py",
+    "features/*work.py",
+    "features/diagnose/test_live.py",
+    "processes/*",
+    "system/*",
+)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """One more attempt for what waits for real processes, sockets and clocks."""
     for item in items:
-        room = item.path.relative_to(Path(__file__).parent).parts[0]
-        if room in _REAL_TIME and "interlock" not in item.nodeid and "faults" not in item.nodeid:
+        path = item.path.relative_to(Path(__file__).parent).as_posix()
+        if (
+            any(fnmatch(path, each) for each in _REAL_TIME)
+            and "interlock" not in item.nodeid
+            and "campaigns/faults" not in item.nodeid
+        ):
             item.add_marker(pytest.mark.flaky(reruns=1))
 
 
@@ -76,8 +90,9 @@ def engine_with() -> Iterator[Callable[..., Engine]]:
     """Makes engines on the shipped simulated platform with overrides; closes them all."""
     made: list[Engine] = []
 
-    def make(*overrides: str, jobs: Path | None = None, models: Library | None = None) -> Engine:
-        made.append(start_engine(load_platform("simulated", overrides), JobRecords(jobs), models))
+    def make(*overrides: str, jobs: Path | None = None, models: Path | None = None) -> Engine:
+        records = JobRecords(None if jobs is None else jobs / "state.sqlite")
+        made.append(start_engine(load_platform("simulated", overrides), records, models))
         return made[-1]
 
     yield make

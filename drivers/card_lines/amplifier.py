@@ -6,14 +6,14 @@ from typing import Protocol
 
 from drivers.errors import DeviceFault, DeviceStateError
 from drivers.identity import Identity
-from drivers.power_amplifier import AmplifierStatus
+from drivers.power_amplifier import AmplifierStatus, PowerAmplifier
 
 WHERE = "power_amplifier"
 BY_HAND = "remove the cause, then switch the amplifier's mains off and on"
 
 
 class CardPins(Protocol):
-    """What such an amplifier must know of the card."""
+    """The part of the card that such an amplifier uses."""
 
     def pin(self, board: int, pin: str) -> bool:
         """Level of a DIO pin, read back at the pad."""
@@ -22,19 +22,24 @@ class CardPins(Protocol):
         """Set a DIO pin and read it back; raises DeviceError if it does not follow."""
 
 
-class PlainAmplifier:
+class PlainAmplifier(PowerAmplifier):
     """See drivers.power_amplifier.PowerAmplifier.
 
     Enabled and unmuted are one: the pin goes high with `unmute()` only.  Temperature and clipping are not known:
     clipping is never reported.
     """
 
-    on_card_lines = True
-
     def __init__(self, card: CardPins, enable: tuple[int, str], fault: tuple[int, str] | None) -> None:
-        self._card, self._enable, self._fault = card, enable, fault
+        self._card = card
+        self._enable = enable
+        self._fault = fault
         self._wanted = False
         self.disable()
+
+    @property
+    def on_card_lines(self) -> bool:
+        """See PowerAmplifier."""
+        return True
 
     def identity(self) -> Identity:
         """See PowerAmplifier."""
@@ -43,7 +48,9 @@ class PlainAmplifier:
     def status(self) -> AmplifierStatus:
         """See PowerAmplifier."""
         live = self._card.pin(*self._enable)
-        return AmplifierStatus(self._wanted or live, not live, self._fault_text(), None, False)
+        return AmplifierStatus(
+            enabled=self._wanted or live, muted=not live, fault=self._fault_text(), temperature_c=None, clipped=False
+        )
 
     def enable(self) -> None:
         """See PowerAmplifier."""
@@ -68,7 +75,7 @@ class PlainAmplifier:
         self._card.set_pin(*self._enable, high=True)
 
     def reset_fault(self) -> None:
-        """See PowerAmplifier.  It has no wire for that: all there is is to take the enable pin away."""
+        """See PowerAmplifier.  It has no reset input, so that only the enable pin is lowered."""
         self.disable()
         fault = self._fault_text()
         if fault is not None:

@@ -1,21 +1,21 @@
-"""A Tx/Rx switch that has nothing but the card's line RX_CONNECT, and perhaps a contact that reads back."""
+"""A Tx/Rx switch that is driven by the card's line RX_CONNECT alone, with an optional read-back contact."""
 
 from __future__ import annotations
 
 import time
 from typing import Protocol
 
-from drivers.contacts import come_to_rest
 from drivers.errors import DeviceStateError
 from drivers.identity import Identity
+from drivers.relay import wait_until_settled
 from drivers.timeline import DigitalLine, Timeline
-from drivers.tx_rx_switch import SwitchPosition, SwitchTiming
+from drivers.tx_rx_switch import SwitchPosition, SwitchTiming, TxRxSwitch
 
 WHERE = "tx_rx_switch"
 
 
 class CardLines(Protocol):
-    """What such a switch must know of the card."""
+    """The part of the card that such a switch uses."""
 
     def timeline(self) -> Timeline | None:
         """The timeline that runs, None if none does."""
@@ -27,20 +27,22 @@ class CardLines(Protocol):
         """Level of a DIO pin."""
 
 
-class LineSwitch:
+class LineSwitch(TxRxSwitch):
     """See drivers.tx_rx_switch.TxRxSwitch.
 
-    Outside a timeline the line is low, so the switch goes to TRANSMIT and cannot be asked for RECEIVE.  Without a
+    Outside a timeline the line is low, so the switch goes to TRANSMIT and cannot be commanded to RECEIVE.  Without a
     read-back contact the position is what the line says, in a timeline after the switch's times, and a stuck relay goes
     unnoticed.
     """
 
     def __init__(self, card: CardLines, timing: SwitchTiming, readback: tuple[int, str] | None) -> None:
-        self._card, self._timing, self._readback = card, timing, readback
+        self._card = card
+        self._timing = timing
+        self._readback = readback
 
     @property
     def reads_back(self) -> bool:
-        """Whether its contacts are read, not assumed."""
+        """See TxRxSwitch."""
         return self._readback is not None
 
     def identity(self) -> Identity:
@@ -55,7 +57,8 @@ class LineSwitch:
         """See TxRxSwitch."""
         if self._readback is not None:
             return SwitchPosition.RECEIVE if self._card.pin(*self._readback) else SwitchPosition.TRANSMIT
-        timeline, sample = self._card.timeline(), self._card.sample()
+        timeline = self._card.timeline()
+        sample = self._card.sample()
         if timeline is None or sample is None:
             return SwitchPosition.TRANSMIT
         return self._commanded(timeline, sample)
@@ -78,7 +81,7 @@ class LineSwitch:
         if self._card.timeline() is not None:
             raise DeviceStateError("a timeline is running", where=WHERE, remedy="stop the card first")
         time.sleep(self._timing.dead_time_s)
-        come_to_rest(self.position, SwitchPosition.TRANSMIT, self._timing, WHERE)
+        wait_until_settled(self.position, SwitchPosition.TRANSMIT, self._timing, WHERE)
 
     def to_receive(self) -> None:
         """See TxRxSwitch.  Always DeviceStateError: only a timeline raises the line."""

@@ -1,4 +1,4 @@
-"""The contracts as tests: whoever passes them may be driven by the daemon.
+"""The contracts as tests: the daemon may drive any device that passes them.
 
 A third party certifies a driver with a file of its own, run by pytest:
 
@@ -19,7 +19,7 @@ A class that offers the fixture `platform` (a `drivers.platform.Platform`) inste
     TestCard, TestSwitch, TestAmplifier, TestLna, TestPlatform = WHOLE_PLATFORM
 
 io_card.py          what every I/O card must do
-again.py            part of it: the same shot again, and a card whose host is gone
+repeatability.py    part of it: the same shot repeated, and a card whose host has vanished
 incidents.py        part of it: stops, calibrated outputs, emergency input, strangers, slow answers
 tx_rx_switch.py     what every Tx/Rx switch must do
 power_amplifier.py  what every power amplifier must do

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import pytest
 
-from drivers.conformance.again import alike, loudness
+from drivers.conformance.repeatability import alike, loudness
 from drivers.conformance.timelines import collect, short_shot
 from drivers.errors import DeviceFault, DeviceStateError
 from drivers.io_card import CardState, IoCard
@@ -61,7 +61,8 @@ class IncidentContract:
     def test_a_stop_beside_commands_ends_them_and_another_shot_is_whole(self, card: IoCard) -> None:
         """From another thread, while the shot is prepared, triggered and read: whatever comes first, the card is idle
         then, nothing plays, and a shot at other times is whole."""
-        can, chance = card.capabilities(), random.Random(1)
+        can = card.capabilities()
+        chance = random.Random(1)
         timeline, other = short_shot(can, rx_s=0.03), short_shot(can, rx_s=0.05)
 
         def shoot() -> None:
@@ -81,7 +82,7 @@ class IncidentContract:
             time.sleep(chance.uniform(0.0, lasts_s))
             card.stop()
             shooting.join()
-            card.stop()  # what was told after the first one
+            card.stop()  # commands that came after the first stop
             assert card.state() is CardState.IDLE
             assert sum(c.volts.shape[1] for c in collect(card, other, 5000)) == other.total_samples
 
@@ -100,7 +101,8 @@ class IncidentContract:
 
     def test_the_first_samples_come_soon_after_the_trigger(self, card: IoCard, soon_s: float) -> None:
         """A driver that waits for a delayed acknowledgement somewhere loses 40 ms each time."""
-        timeline, waited = short_shot(card.capabilities()), []
+        timeline = short_shot(card.capabilities())
+        waited = []
         for _ in range(TRIES):
             card.program(timeline)
             card.arm()
@@ -116,7 +118,7 @@ class IncidentContract:
     ) -> None:
         """Named at once, not at the end of the shot; afterwards the card shoots again."""
         if emergency is None:
-            pytest.skip("the card has no emergency input, or nobody here to press it")
+            pytest.skip("the card has no emergency input, or no fixture presses it")
         timeline = short_shot(card.capabilities(), rx_s=1.0)
         card.program(timeline)
         card.arm()
@@ -143,7 +145,7 @@ class IncidentContract:
     ) -> None:
         """Pressed when all but the last samples have come, and released before the stop."""
         if emergency is None:
-            pytest.skip("the card has no emergency input, or nobody here to press it")
+            pytest.skip("the card has no emergency input, or no fixture presses it")
         timeline = short_shot(card.capabilities(), rx_s=0.1)
         before = loudness(card, timeline)
         card.program(timeline)
@@ -161,9 +163,9 @@ class IncidentContract:
     def test_a_stranger_on_the_port_costs_no_shot_after_a_stop(
         self, card: IoCard, stranger: Callable[[], None] | None
     ) -> None:
-        """Somebody connects to the card beside us and goes."""
+        """Another client connects to the card and disconnects."""
         if stranger is None:
-            pytest.skip("the card has no port, or nobody here to knock at it")
+            pytest.skip("the card has no port, or no fixture connects to it")
         timeline = short_shot(card.capabilities())
         card.program(timeline)
         card.arm()

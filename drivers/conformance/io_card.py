@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.conformance.again import AgainContract
 from drivers.conformance.incidents import IncidentContract
+from drivers.conformance.repeatability import RepeatabilityContract
 from drivers.conformance.timelines import collect, short_shot
 from drivers.errors import DeviceStateError, InputError, SequenceRejected
 from drivers.io_card import CardState, IoCard
@@ -20,7 +20,7 @@ from drivers.timeline import Burst, SampleClock, Timeline
 WAKE_UP_S = 5.0
 
 
-class CardContract(AgainContract, IncidentContract):
+class CardContract(RepeatabilityContract, IncidentContract):
     """Offer the fixture `card` or `platform`, and `abandon`, `emergency` and `stranger` if there is a way."""
 
     @pytest.fixture(scope="class")
@@ -68,7 +68,8 @@ class CardContract(AgainContract, IncidentContract):
     @pytest.mark.parametrize("most", [997, 1_000_000])
     def test_every_sample_comes_once_and_in_order(self, card: IoCard, most: int) -> None:
         """Whatever the size of the reads."""
-        timeline, inputs = short_shot(card.capabilities()), card.capabilities().inputs
+        timeline = short_shot(card.capabilities())
+        inputs = card.capabilities().inputs
         done = 0
         for chunk in collect(card, timeline, most):
             assert chunk.first_sample == done
@@ -96,7 +97,7 @@ class CardContract(AgainContract, IncidentContract):
         assert card.sample() is None
 
     def test_shot_follows_shot(self, card: IoCard) -> None:
-        """The same timeline, another one, and the first again; each must be programmed anew."""
+        """The same timeline, another one, and the first again; each must be programmed again."""
         long, short = short_shot(card.capabilities()), short_shot(card.capabilities(), bursts=False, rx_s=0.03)
         for timeline in (long, long, short, long):
             assert sum(c.volts.shape[1] for c in collect(card, timeline, 5000)) == timeline.total_samples
@@ -134,7 +135,8 @@ class CardContract(AgainContract, IncidentContract):
         """Never clamped, never rounded; the card stays idle."""
         can = card.capabilities()
         good = short_shot(can)
-        end, f = good.tx_samples, 10 * can.clock.rate_hz / good.tx_samples
+        end = good.tx_samples
+        f = 10 * can.clock.rate_hz / good.tx_samples
 
         def with_burst(output: int = 0, start: int = 0, hz: float = f, volts: float = 0.0) -> Timeline:
             """`good` with another burst; volts 0: a thousandth of full scale."""

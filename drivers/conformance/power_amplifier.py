@@ -23,7 +23,7 @@ class AmplifierContract:
 
     @pytest.fixture
     def trip(self) -> Callable[[], None]:
-        """Makes the amplifier latch a fault whose cause is gone at once."""
+        """Makes the amplifier latch a fault whose cause vanishes at once."""
         pytest.skip("nothing here can trip the amplifier")
 
     @pytest.fixture(autouse=True)
@@ -43,7 +43,7 @@ class AmplifierContract:
         assert amplifier.identity().manufacturer or amplifier.identity().model
 
     def test_it_is_healthy(self, amplifier: PowerAmplifier) -> None:
-        """No fault, and a temperature of this world if it tells one."""
+        """No fault, and a plausible temperature if it reports one."""
         status = amplifier.status()
         assert status.fault is None
         assert status.temperature_c is None or -40 < status.temperature_c < 120

@@ -5,7 +5,9 @@ from __future__ import annotations
 from drivers.io_card import CardCapabilities, Chunk, IoCard
 from drivers.timeline import Burst, DigitalLine, LineLevel, Timeline
 
-TX_S, GAP_S, RX_S = 0.01, 0.07, 0.1
+TX_S = 0.01
+GAP_S = 0.07
+RX_S = 0.1
 WHISPER = 1e-3  # of the output's full scale
 
 

@@ -31,15 +31,18 @@ class RedPitayaBackend(RealBackend):
 
     def tx_rx_switch(self, options: Mapping[str, Any]) -> LineSwitch:
         """See Backend.  Driven by the card's line RX_CONNECT."""
-        table, card = validated(SwitchTable, options, "tx_rx_switch"), self._opened("tx_rx_switch")
+        table = validated(SwitchTable, options, "tx_rx_switch")
+        card = self._opened("tx_rx_switch")
         readback = self._digital(table.readback, "tx_rx_switch.readback")
         if readback is not None:
             card.use_pin(*readback, output=False)
-        return LineSwitch(card, SwitchTiming(table.dead_time_s, table.bounce_s, table.settle_s), readback)
+        timing = SwitchTiming(dead_time_s=table.dead_time_s, bounce_s=table.bounce_s, settle_s=table.settle_s)
+        return LineSwitch(card, timing, readback)
 
     def power_amplifier(self, options: Mapping[str, Any]) -> PlainAmplifier:
         """See Backend.  Enabled by a DIO pin."""
-        table, card = validated(AmplifierTable, options, "power_amplifier"), self._opened("power_amplifier")
+        table = validated(AmplifierTable, options, "power_amplifier")
+        card = self._opened("power_amplifier")
         enable = self._digital(table.enable, "power_amplifier.enable")
         fault = self._digital(table.fault, "power_amplifier.fault")
         assert enable is not None

@@ -1,44 +1,41 @@
-"""One board: who it is, its registers, its sequence, its stream."""
+"""One board: its identity, its registers, its sequence, its stream."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout, PlatformError
+from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout
 from drivers.io_card import ChunkFlags
-from drivers.red_pitaya.commands import ENDED, RUNNING, SENDING
+from drivers.red_pitaya.commands import ENDED, RUNNING, SENDING, TO_CONFIGURE, register_commands
 from drivers.red_pitaya.connection import Connection
 from drivers.red_pitaya.emergency import EMERGENCY, emergency_stop
-from drivers.red_pitaya.haste import Haste
 from drivers.red_pitaya.layout import DIGITAL_PINS, pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
+from drivers.red_pitaya.output_readback import OFF_TOLERANCE_V, OUTPUTS_OFF, READ_BACK, all_off
 from drivers.red_pitaya.pairing import open_pair, take_over
 from drivers.red_pitaya.pins import low_levels
-from drivers.red_pitaya.registers import TO_CONFIGURE, registers
+from drivers.red_pitaya.reply_deadline import ReplyDeadline
 from drivers.red_pitaya.scale import Scale, read_scale
 from drivers.red_pitaya.sequence import BoardProgram
-from drivers.red_pitaya.silence import OUTPUTS_OFF, QUIET_V, READ_BACK, all_off
 from drivers.red_pitaya.sines import arming, check_amplitudes
 from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record
 
-OFF_S = 1.0  # a card that has not confirmed by then is connected anew
+OFF_S = 1.0  # a card that has not confirmed by then gets a new connection
 
 
 @dataclass
 class Board:
-    """One board and its connection; the last one passes the trigger on to nobody.
+    """One board and its connection; is_last: it passes the trigger on to no other board.
 
-    after_shot: what it is told when the trigger has gone; haste: how long answers may take, None: as the table says;
-    written: its write pointer when `play` was asked last; clearing: the server may be emptying its memory since.
+    reply_deadline: how long answers may take, None: as the table says; written:
+    its write pointer at the last `play`, samples; clearing: the server may still be emptying its memory since then.
     """
 
-    after_shot: ClassVar[tuple[str, ...]] = ("RP:MODE CONFIGURATION",)
     address: BoardTable
     table: CardTable
     output_pins: list[str]
@@ -46,7 +43,7 @@ class Board:
     input_pins: list[str] = field(init=False, default_factory=list)
     scale: Scale = field(init=False)
     version: str = field(init=False, default="")
-    haste: Haste | None = field(init=False, default=None)
+    reply_deadline: ReplyDeadline | None = field(init=False, default=None)
     written: int = field(init=False, default=0)
     clearing: bool = field(init=False, default=False)
     _loaded: BoardProgram | None = field(init=False, default=None)
@@ -57,48 +54,50 @@ class Board:
 
     def open(self) -> None:
         """Connect; all pins go low.  Raises DeviceNotFound, DeviceTimeout, DeviceProtocolError if it is another."""
-        low = [f"{pin_header(pin)} OFF" for pin in DIGITAL_PINS]  # whatever was on them: it is not known yet
+        low = [f"{pin_header(pin)} OFF" for pin in DIGITAL_PINS]  # all of them, because their use is not known yet
         self._connection = open_pair(*self._address, self.table.reply_timeout_s, [*OUTPUTS_OFF, *low])
 
     def replace(self) -> None:
-        """A new connection in place of the old one: the card zeroes its outputs and ends whatever runs, at once.
+        """Open a new connection in place of the old one: the card zeroes its outputs and ends whatever runs, at once.
 
-        Whoever used the old one gets DeviceLost; the new one waits for `settle`.  Errors as in `open`.
+        A thread that uses the old one gets DeviceLost; the new one is used after `settle`.  Errors as in `open`.
         """
-        self._adopt()  # or the last new one would be closed before this one is connected
-        self.low(self.output_pins)()  # the new one ends sines and sequence at once, and no DIO line
+        self._adopt()  # otherwise the last new one would be closed before this one is connected
+        self.low(self.output_pins)()  # a new connection ends sines and sequence at once, but no DIO line
         self._next = take_over(self._connection, *self._address, self.table.reply_timeout_s, self._off())
 
     def settle(self) -> None:
-        """After a new connection: who is there, outputs off and read back, and all registers.
+        """After a new connection: check the identity, switch outputs off and read them back, and set all registers.
 
         The master first: a slave cannot leave its mode while the master's trigger is on.
         """
         self._adopt()
-        self._loaded = self.haste = None
-        self._sounding, self.clearing = [], False
+        self._loaded = self.reply_deadline = None
+        self._sounding = []
+        self.clearing = False
         self._identify()
         self.switch_off()
         self._configure()
 
     def _adopt(self) -> None:
-        """The last new connection is the one to use; the one before it is closed already."""
+        """Use the newest connection; the one before it is closed already."""
         if self._next is not None:
-            self._connection, self._next = self._next, None
+            self._connection = self._next
+            self._next = None
 
     @property
     def _address(self) -> tuple[str, tuple[int, int]]:
         return self.address.host, (self.address.command_port, self.address.data_port)
 
     def close(self) -> None:
-        """Let go.  Idempotent."""
+        """Close all connections.  Idempotent."""
         for each in (getattr(self, "_connection", None), self._next):
             if each is not None:
                 each.close()
 
     def ask(self, *commands: str) -> list[str | int | float]:
         """See Connection.ask_all."""
-        return self._connection.ask_all(commands, self.haste.left_s() if self.haste else None)
+        return self._connection.ask_all(commands, self.reply_deadline.remaining_s() if self.reply_deadline else None)
 
     @property
     def whole(self) -> bool:
@@ -125,10 +124,10 @@ class Board:
     # --- outputs
 
     def load(self, program: BoardProgram) -> None:
-        """Upload a sequence, in mode CONFIGURATION; nothing is sent if it is there already.
+        """Upload a sequence, in mode CONFIGURATION; nothing is sent if it has been uploaded already.
 
-        All its tables: those that a client before uploaded and did not set would be played with ours, gate and receiver
-        at once if need be, for only SEQ:SET takes them away.
+        All tables are uploaded, because only SEQ:SET removes those that a former client has uploaded and not set: they
+        would be played together with these, possibly gate and receiver at once.
         """
         if program.silent or self._is_loaded(program):
             return
@@ -149,7 +148,8 @@ class Board:
         """
         scales = [self.scale.output[s.output] for s in program.sines]
         waves, amplitudes, checks = arming(program.sines, scales)
-        self._sounding, sequence = checks, [] if program.silent else ["RP:DAC:SEQ:SET"]
+        self._sounding = checks
+        sequence = [] if program.silent else ["RP:DAC:SEQ:SET"]
         commands = [*waves, *sequence, *amplitudes, *checks, "RP:MODE ACQUISITION"]
         emergency, *answers = self.ask("RP:INSTANTRESET:STATUS?", *commands)
         if emergency and self.table.instant_reset:
@@ -161,8 +161,8 @@ class Board:
     def quiet(self) -> None:
         """DIO lines low, sines and offsets read back off, and switched off if they are not; errors as in `switch_off`.
 
-        A sequence that has ended has zeroed them, and that is how most shots end.  A line reads back its pad, which
-        may be low though the line is not: it is always told.
+        Most shots end with their sequence, which has zeroed them.  DIO lines are always set low, because the read-back
+        shows the pad, which may be low although the line is not.
         """
         lows = self._lows()
         if not all_off(self._connection.ask_all([*lows, *self._levels()], OFF_S)[len(lows) :], 0.0):
@@ -174,7 +174,7 @@ class Board:
         found = self._connection.ask_all([*off, *self._levels()], OFF_S)[len(off) :]
         if any(each != "OFF" for each in found[len(READ_BACK) :]):
             found[len(READ_BACK) :] = low_levels(self._connection, self.output_pins, OFF_S)
-        if not all_off(found, QUIET_V):
+        if not all_off(found, OFF_TOLERANCE_V):
             raise DeviceError(
                 "outputs could not be confirmed off",
                 where=self.where,
@@ -189,20 +189,20 @@ class Board:
         return [f"{pin_header(pin)} OFF" for pin in self.output_pins]
 
     def low(self, pins: Sequence[str]) -> Callable[[], None]:
-        """What tells these pins of this connection, whoever waits for it, to go low, and is its last word."""
-        return partial(self._connection.call_out, [f"{pin_header(pin)} OFF" for pin in pins])
+        """A function that sets these pins low by the last command of this connection, whichever thread waits."""
+        return partial(self._connection.send_final, [f"{pin_header(pin)} OFF" for pin in pins])
 
     def _levels(self) -> list[str]:
         """Questions for what `all_off` takes."""
         return [*READ_BACK, *(f"{pin_header(pin)}?" for pin in self.output_pins)]
 
     def play(self) -> tuple[bool, bool]:
-        """Whether the shot goes on, and whether the emergency input has switched the outputs off since the trigger.
+        """Whether the shot continues, and whether the emergency input has switched the outputs off since the trigger.
 
-        That input holds the stepper, too: a sequence that it has stopped seems to run for ever.  A busy server may not
-        have noticed the trigger yet, but has not zeroed the amplitudes then; set again, it would open all gates.
-        One that has zeroed them empties its memory (stopTx does so first), for 50 ms: see `rests`.  While it sends, it
-        refuses what ends a shot.
+        That input holds the step counter, too: a sequence that it has stopped seems to run for ever.  A busy server may
+        not have noticed the trigger yet, but then it has not zeroed the amplitudes either; a sequence that is set again
+        in that state would open all gates.  A server that has zeroed them empties its memory for 50 ms (see
+        `is_cleared`).  While it sends samples, it refuses the commands that end a shot.
         """
         status, emergency, written, mode, *volts = self.ask(*ENDED, *self._sounding)
         self.written = int(written)
@@ -210,32 +210,28 @@ class Board:
         self.clearing = bool(volts) and not plays  # the status is that of a moment before
         return plays or mode == SENDING, bool(emergency) and self.table.instant_reset
 
-    def rests(self) -> bool:
-        """Whether the server has done with the last sequence; only then does it take another."""
+    def is_cleared(self) -> bool:
+        """Whether the server has cleared its memory of the last sequence; only then does it accept another."""
         self.clearing = bool(int(self.ask("RP:STATUS?")[0]) & RUNNING)
         return not self.clearing
 
     def watch(self) -> None:
         """Ask for the emergency input without waiting, and look at the answer to the question before.
 
-        Raises DeviceFault if it has switched the outputs off since the trigger.
+        Raises DeviceFault if the input has switched the outputs off since the trigger.
         """
         if not self.table.instant_reset:
             return
         answers = self._connection.posted()
         if answers is not None and any(answers):
-            raise self.stopped()
+            raise emergency_stop(self.where)
         if answers != []:  # the question before has its answer, or there was none
             self._connection.post(EMERGENCY)
-
-    def stopped(self) -> PlatformError:
-        """What it means that the emergency input has switched the outputs off in a shot."""
-        return emergency_stop(self.where)
 
     # --- samples
 
     def account(self, program: BoardProgram, start_samples: int) -> Continuity:
-        """Our own account of a shot's recording; the server may say so late that it plays."""
+        """The check of a shot's recording; start_samples: how late the server may report that it plays."""
         return Continuity(self.where, program.samples, start_samples)
 
     def start_stream(self, start: int, count: int, chunk: int) -> None:
@@ -249,7 +245,8 @@ class Board:
         Raises DeviceTimeout if it does not come, ShotRefused from `account`.
         """
         raw = memoryview(self._buffer)[: count * PAIR_BYTES + RECORD.size]
-        self._connection.receive_into(raw, self.haste.left_s() if self.haste else self.table.sample_timeout_s)
+        timeout_s = self.reply_deadline.remaining_s() if self.reply_deadline else self.table.sample_timeout_s
+        self._connection.receive_into(raw, timeout_s)
         record = Record.parse(raw[count * PAIR_BYTES :], first)
         account.check(record)
         pairs = np.frombuffer(raw, "<i2", 2 * count).reshape(count, 2)
@@ -265,7 +262,8 @@ class Board:
         try:
             image, server = self.ask("RP:VERSION:IMAGE?", "RP:VERSION:SERVER?")
         except DeviceTimeout:
-            image, server = "unknown", "unknown"
+            image = "unknown"
+            server = "unknown"
         wanted = self.table.server_version
         wanted_image = wanted if self.table.image_version is None else self.table.image_version
         if (image, server) != (wanted_image, wanted):
@@ -283,11 +281,11 @@ class Board:
 
     def _configure(self) -> None:
         self.ask(*TO_CONFIGURE)
-        self.ask(*registers(self.table, self.output_pins, self.input_pins, is_last=self.is_last))
+        self.ask(*register_commands(self.table, self.output_pins, self.input_pins, is_last=self.is_last))
         found = self.ask("RP:ADC:DECIMATION?")[0]
         if found != self.table.decimation:
             raise DeviceProtocolError(
                 f"the decimation reads back as {found}, not {self.table.decimation}",
                 where=self.where,
-                remedy="make sure that nobody else uses the card",
+                remedy="make sure that no other client uses the card",
             )

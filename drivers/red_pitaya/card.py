@@ -1,10 +1,10 @@
 """One or several boards as one I/O card.
 
 A shot: `program` uploads the sequences (once per timeline), `arm` sets them and the amplitudes, `trigger` starts the
-master and asks every board for the whole recording, `read` takes chunk after chunk from all of them.  A shot that runs
-to its end leaves the boards to themselves: their servers empty the memories, and `program` of the next shot waits for
-that; with `replay_watchdog` the shot stays in there (replay.py).  One that does not is ended by a new connection, which
-zeroes all outputs at once and is the only safe way out of an unfinished sequence.
+master and asks every board for the whole recording, `read` takes chunk after chunk from all of them.  After a shot that
+runs to its end the servers empty their memories by themselves, and `program` of the next shot waits for that.  An
+unfinished shot is ended by a new connection, which zeroes all outputs at once and is the only safe end of a running
+sequence.
 """
 
 from __future__ import annotations
@@ -13,32 +13,21 @@ import contextlib
 import threading
 import time
 from collections.abc import Iterator
-from typing import TextIO
 
 from drivers.errors import DeviceError, DeviceStateError, InputError, PlatformError
 from drivers.identity import Identity
 from drivers.io_card import CardCapabilities, CardState, Chunk, require, was_stopped
 from drivers.red_pitaya import trigger
-from drivers.red_pitaya.abilities import abilities, output_full_scale_v
-from drivers.red_pitaya.boards import (
-    QUIET,
-    REPLACE,
-    SETTLE,
-    arm_all,
-    connect_all,
-    failures_of,
-    hear_within,
-    make_boards,
-    prove_boards,
-)
+from drivers.red_pitaya.board import Board
+from drivers.red_pitaya.boards import arm_all, connect_all, failures_of, limit_reply_times, make_boards, prove_boards
+from drivers.red_pitaya.capabilities import card_capabilities, output_full_scale_v
 from drivers.red_pitaya.emergency import emergency_stop
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.lines import PinLines
-from drivers.red_pitaya.lock import lock_card, note_recording
+from drivers.red_pitaya.lock import CardLock, lock_card
 from drivers.red_pitaya.options import CardTable
 from drivers.red_pitaya.pins import level, set_pin
 from drivers.red_pitaya.reader import Reader
-from drivers.red_pitaya.replay import room_is_needed, stale
 from drivers.red_pitaya.sequence import BoardProgram, compile_timeline
 from drivers.red_pitaya.stream import filter_delay_samples
 from drivers.timeline import Timeline
@@ -58,21 +47,24 @@ class RedPitayaCard:
         Raises ConfigError, DeviceNotFound, DeviceTimeout, DeviceProtocolError, DeviceDenied if another daemon holds
         a board.
         """
-        self._table, self.layout = table, table.layout()
+        self._table = table
+        self.layout = table.layout()
         self._delay = round(filter_delay_samples(table.decimation))
         self._start_samples = round(START_S * self.layout.clock.rate_hz)
         self.boards = make_boards(table, self.layout)
-        self._locks: list[TextIO] = []
-        self._guard = threading.RLock()  # whoever gives commands; never held while waiting for samples
+        self._locks: list[CardLock] = []
+        self._guard = threading.RLock()  # held while giving commands; never while waiting for samples
         self._stopping = threading.Lock()
         self._stops = 0
         self._state = CardState.IDLE
-        self._half_told = False  # a card that refused what it was told, or did not answer
+        self._uncertain = False  # a board refused a command or did not answer while it was programmed
         self._timeline: Timeline | None = None
         self._programs: tuple[BoardProgram, ...] = ()
-        self._asked: tuple[Timeline, float] | None = None  # what they were compiled from, for the next shot
-        self._reader = Reader(self.boards, (), 0, 0, 1)
-        self._pins = PinLines(self.boards[0].where, {}, ())
+        self._compiled_for: tuple[Timeline, float] | None = (
+            None  # timeline and full scale of `_programs`, for the next shot
+        )
+        self._reader = Reader(self.boards, (), start=0, total=0, chunk=1)
+        self._pins = PinLines(where=self.boards[0].where, boards={}, edges=())
         try:
             for board in self.boards:
                 self._locks.append(lock_card(board.address.host, board.address.command_port))
@@ -83,7 +75,7 @@ class RedPitayaCard:
             raise
 
     def identity(self) -> Identity:
-        """See IoCard.  The serial number is the address: the server tells none."""
+        """See IoCard.  The serial number is the address, because the server reports none."""
         for board in self.boards:
             board.ask("RP:MODE?")
         where = ", ".join(board.address.host for board in self.boards)
@@ -92,7 +84,7 @@ class RedPitayaCard:
 
     def capabilities(self) -> CardCapabilities:
         """See IoCard."""
-        return abilities(self.boards, self._table, self.layout, self._delay)
+        return card_capabilities(self.boards, self._table, self.layout, self._delay)
 
     def state(self) -> CardState:
         """See IoCard."""
@@ -110,7 +102,7 @@ class RedPitayaCard:
         return self._timeline if self._state is CardState.RUNNING else None
 
     def use_pin(self, board: int, pin: str, *, output: bool) -> None:
-        """Another device hangs on this DIO pin; an output is low and kept low by every `stop`.
+        """Reserve a DIO pin for another device; an output is set low, now and by every `stop`.
 
         Raises ConfigError if the pin is taken.
         """
@@ -132,26 +124,27 @@ class RedPitayaCard:
         """See IoCard."""
         with self._commanding():
             require(self._state, CardState.IDLE, CardState.PROGRAMMED, where=WHERE)
-            self._state, asked = CardState.IDLE, (timeline, output_full_scale_v(self.boards, self.layout))
-            same = asked == self._asked
-            programs = self._programs if same else compile_timeline(timeline, self.layout, asked[1])
-            recorded, rate_hz = self._delay + timeline.total_samples, self.layout.clock.rate_hz
-            occupied = room_is_needed(self.boards, programs, recorded, rate_hz)
-            if occupied or not all(board.whole for board in self.boards):
-                self._anew()
-            self._half_told = True
-            trigger.wait_for_rest(self.boards, self._table.reply_timeout_s)
+            self._state = CardState.IDLE
+            compiled_for = (timeline, output_full_scale_v(self.boards, self.layout))
+            same = compiled_for == self._compiled_for
+            programs = self._programs if same else compile_timeline(timeline, self.layout, compiled_for[1])
+            if not all(board.whole for board in self.boards):
+                self._reconnect()
+            self._uncertain = True
+            trigger.wait_until_cleared(self.boards, self._table.reply_timeout_s)
             for board, program in zip(self.boards, programs, strict=True):
                 board.load(program)
-            self._half_told = False
-            self._timeline, self._programs, self._asked = timeline, programs, asked
+            self._uncertain = False
+            self._timeline = timeline
+            self._programs = programs
+            self._compiled_for = compiled_for
             self._state = CardState.PROGRAMMED
 
     def arm(self) -> None:
         """See IoCard."""
         with self._commanding():
             require(self._state, CardState.PROGRAMMED, where=WHERE)
-            self._state = CardState.ARMED  # from here on only a run or a new connection ends it
+            self._state = CardState.ARMED  # from here on only a shot or a new connection ends it
             arm_all(self.boards, self._programs)
 
     def trigger(self) -> None:
@@ -163,15 +156,22 @@ class RedPitayaCard:
             total = self._timeline.total_samples
             self._pins = PinLines.of(self.boards, self.layout, self._timeline)
             chunk = min(self._table.chunk_samples, PIN_CHUNK if self._pins.edges else self._table.chunk_samples)
-            self._reader = Reader(self.boards, self._programs, self._delay, total, chunk, self._start_samples)
+            self._reader = Reader(
+                self.boards,
+                self._programs,
+                start=self._delay,
+                total=total,
+                chunk=chunk,
+                start_samples=self._start_samples,
+            )
             self._pins.check_pace(chunk)
             self._pins.before_trigger()
-            if not self._pins.edges:  # else they say how long to wait while the gate is high
-                hear_within(self.boards, self._programs, self.layout.clock.rate_hz)
+            if not self._pins.edges:  # otherwise they limit the wait while the gate is high
+                limit_reply_times(self.boards, self._programs, self.layout.clock.rate_hz)
             trigger.start(self.boards)
             over_s = time.monotonic() + (self._delay + total) / self.layout.clock.rate_hz
             for board, lock in zip(self.boards, self._locks, strict=True):
-                note_recording(lock, over_s)
+                lock.note_recording(over_s)
                 board.start_stream(self._delay, total, chunk)
 
     def read(self, max_samples: int) -> Chunk:
@@ -186,7 +186,7 @@ class RedPitayaCard:
             try:
                 chunk = reader.read(max_samples, self._pins.at)
             except DeviceError:
-                self._pins.check()  # that is why the card says nothing more
+                self._pins.check()  # a gate that was lowered by the timer is the cause
                 raise
             with self._guard:
                 require(self._state, CardState.RUNNING, where=WHERE)
@@ -204,38 +204,40 @@ class RedPitayaCard:
             unfinished = not commands or self._unfinished()  # a command that was at work meanwhile may have armed it
             if unfinished:
                 self._stops += 1
-                failed = failures_of(self.boards, REPLACE)  # whoever waits for the card wakes up and lets go of it
+                # A thread that waits for the card wakes up with DeviceLost and releases the card.
+                failed = failures_of(self.boards, Board.replace)
             if not commands:
                 self._guard.acquire()
             try:
-                self._state, self._timeline, self._half_told = CardState.IDLE, None, False
+                self._state = CardState.IDLE
+                self._timeline = None
+                self._uncertain = False
                 self._all_off(failed, unfinished=unfinished)
             finally:
                 self._guard.release()
 
     def _unfinished(self) -> bool:
-        """Only new connections end what there is."""
-        return self._state in (CardState.ARMED, CardState.RUNNING) or self._half_told or stale(self.boards)
+        """Whether only new connections can end the present state."""
+        return self._state in (CardState.ARMED, CardState.RUNNING) or self._uncertain
 
-    def _anew(self) -> None:
-        """Connect anew as a stop does, which empties the boards' memories.  Raises DeviceError; DeviceStateError if a
-        stop came first."""
+    def _reconnect(self) -> None:
+        """Open new connections as a stop does.  Raises DeviceError; DeviceStateError if a stop came first."""
         if not self._stopping.acquire(blocking=False):
             raise was_stopped(WHERE)
         try:
-            self._all_off(failures_of(self.boards, REPLACE), unfinished=True)
+            self._all_off(failures_of(self.boards, Board.replace), unfinished=True)
         finally:
             self._stopping.release()
 
     def _all_off(self, failed: list[str], *, unfinished: bool) -> None:
         """Read back that outputs are off, over new connections if need be.  Raises DeviceError if they may be on."""
         if not unfinished:
-            if not failures_of(self.boards, QUIET):
+            if not failures_of(self.boards, Board.quiet):
                 return
-            failed = failures_of(self.boards, REPLACE)
+            failed = failures_of(self.boards, Board.replace)
         for board in self.boards:
-            failed += [] if failed else failures_of([board], SETTLE)
-        failed += [] if failed else failures_of(self.boards, trigger.gone)
+            failed += [] if failed else failures_of([board], Board.settle)
+        failed += [] if failed else failures_of(self.boards, trigger.wait_until_off)
         if failed:
             raise DeviceError(
                 "outputs could not be confirmed off",
@@ -255,7 +257,7 @@ class RedPitayaCard:
             self._let_go()
 
     def _finish(self) -> None:
-        """The last sample is here: let the sequences end, trigger off.  The samples need not wait for the memories."""
+        """After the last sample: wait for the end of the sequences, then switch the trigger off."""
         play_s = self._table.reply_timeout_s + max(p.samples for p in self._programs) / self.layout.clock.rate_hz
         self._pins.low()
         stopped = trigger.wait_for_sequences(self.boards, play_s)
@@ -263,7 +265,7 @@ class RedPitayaCard:
             raise emergency_stop(", ".join(stopped), "the emergency input switched the outputs off during the shot")
         trigger.check_in_step(self.boards, trigger.end(self.boards))
         for board in self.boards:
-            board.haste = None
+            board.reply_deadline = None
         self._state = CardState.IDLE
 
     def _let_go(self) -> None:
@@ -276,7 +278,7 @@ class RedPitayaCard:
 
     @contextlib.contextmanager
     def _commanding(self) -> Iterator[None]:
-        """Nobody else commands the boards meanwhile; errors as in `_stoppable`, and whoever comes after a stop has."""
+        """Exclude other threads from the boards; errors as in `_stoppable`, also if a stop came first."""
         with self._guard, self._stoppable():
             if self._stopping.locked():
                 raise was_stopped(WHERE)
@@ -284,9 +286,9 @@ class RedPitayaCard:
 
     @contextlib.contextmanager
     def _stoppable(self) -> Iterator[None]:
-        """A stop takes the connection away: what fails then, fails because of the stop.
+        """Report a failure that a stop has caused by closing the connection as `was_stopped`.
 
-        Also a shot refused: the last status record before the eviction tells of a trigger that fell.
+        That includes ShotRefused: the last status record before the eviction shows that the trigger fell.
         """
         before = self._stops
         try:

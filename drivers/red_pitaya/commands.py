@@ -7,13 +7,26 @@ are full words: the server's short forms are irregular.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from enum import StrEnum
 
 from drivers.errors import DeviceProtocolError
 from drivers.red_pitaya.emergency import EMERGENCY
+from drivers.red_pitaya.layout import pin_header
+from drivers.red_pitaya.options import CardTable
+from drivers.red_pitaya.output_readback import SINES
 
-TRIGGERED, RUNNING = 8, 16  # bits of the server's status
-ENDED = ("RP:STATUS?", EMERGENCY, "RP:ADC:WP?", "RP:MODE?")  # asked at the end of a shot, before the amplitudes
+# bits of the server's status
+TRIGGERED = 8
+RUNNING = 16
+ENDED = (
+    "RP:STATUS?",
+    EMERGENCY,
+    "RP:ADC:WP?",
+    "RP:MODE?",
+)  # questions at the end of a shot
+TO_CONFIGURE = ("RP:MODE ACQUISITION", "RP:TRIGGER OFF", "RP:TRIGGER:ALIVE OFF", "RP:MODE CONFIGURATION")
+"""The trigger must be off to leave ACQUISITION."""
 SENDING = "TRANSMISSION"  # the mode of a server that sends samples, or takes the commands that came meanwhile
 
 
@@ -55,11 +68,9 @@ REPLIES = {
     "RP:TRIGGER:ALIVE": Reply.DONE,
     "RP:COUNTERTRIGGER:ENABLE": Reply.DONE,
     "RP:INSTANTRESET:MODE": Reply.DONE,
-    "RP:INSTANTRESET:MODE?": Reply.WORD,
     "RP:INSTANTRESET:STATUS?": Reply.FLAG,
     "RP:INSTANTRESET:TRIGGERED?": Reply.FLAG,
     "RP:COUNTER:SAMPLESPERSTEP": Reply.DONE,
-    "RP:COUNTER:SAMPLESPERSTEP?": Reply.INTEGER,
     "RP:STATUS?": Reply.INTEGER,
     "RP:DAC:CHANNEL#:OFFSET": Reply.DONE,
     "RP:DAC:CHANNEL#:OFFSET?": Reply.NUMBER,
@@ -70,7 +81,6 @@ REPLIES = {
     "RP:DAC:CHANNEL#:COMPONENT#:PHASE": Reply.DONE,
     "RP:DAC:CHANNEL#:COMPONENT#:SIGNALTYPE": Reply.DONE,
     "RP:DAC:SEQ:SAMPLESPERSTEP": Reply.DONE,
-    "RP:DAC:SEQ:SAMPLESPERSTEP?": Reply.INTEGER,
     "RP:DAC:SEQ:CHAN": Reply.DONE,
     "RP:DAC:SEQ:LUT": Reply.DONE,
     "RP:DAC:SEQ:LUT:ENABLE": Reply.DONE,
@@ -99,6 +109,28 @@ REFUSALS = {
     -6: "argument missing or unreadable",
     -7: "the sequence cannot be configured now",
 }
+
+
+def register_commands(table: CardTable, outputs: Sequence[str], inputs: Sequence[str], *, is_last: bool) -> list[str]:
+    """Commands for the registers that keep their values over a reconnect, whichever client set them.
+
+    outputs, inputs: DIO pins; is_last: the last board passes no trigger on.  The pulses of the counter would be joined
+    onto DIO2_N, DIO3_N and DIO4_N.
+    """
+    return [
+        "RP:ADC:FIRENABLED ON",
+        f"RP:ADC:DECIMATION {table.decimation}",
+        f"RP:TRIGGER:MODE {table.trigger.upper()}",
+        f"RP:TRIGGER:PROP {'OFF' if is_last else 'ON'}",
+        "RP:COUNTERTRIGGER:ENABLE OFF",
+        "RP:COUNTER:SAMPLESPERSTEP 0",
+        f"RP:INSTANTRESET:MODE {'ON' if table.instant_reset else 'OFF'}",
+        *(f"RP:DAC:CHANNEL{o}:RAMPING:ENABLE OFF" for o in (0, 1)),
+        *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:SIGNALTYPE SINE" for o, c in SINES),
+        *(f"{pin_header(pin)}:HBRIDGE OFF" for pin in outputs),  # or it carries pulses, not a level
+        *(f"{pin_header(pin)}:DIR OUT" for pin in outputs),
+        *(f"{pin_header(pin)}:DIR IN" for pin in inputs),
+    ]
 
 
 def reply_kind(command: str) -> Reply:
@@ -137,7 +169,7 @@ def _done(command: str, code: int, where: str) -> int:
         f"the card refused {command!r}",
         where=where,
         why=f"{REFUSALS.get(code, 'unknown code')} ({code})",
-        remedy="stop the card, which connects anew; if it happens again, check the version of its server",
+        remedy="stop the card, which connects again; if it happens again, check the version of its server",
     )
 
 
@@ -147,5 +179,5 @@ def senseless(command: str, line: str, where: str) -> DeviceProtocolError:
         f"the answer to {command!r} makes no sense",
         where=where,
         why=f"it is {line[:80]!r}",
-        remedy="stop the card, which connects anew",
+        remedy="stop the card, which connects again",
     )

@@ -1,7 +1,7 @@
-"""The two sockets of RedPitayaDAQServer: asking, uploading, receiving.  How they are connected: pairing.py.
+"""The two sockets of RedPitayaDAQServer: asking, uploading, receiving.  pairing.py connects them.
 
-Answers to commands of the former client may still arrive first: `*IDN?` is the mark from which on replies are ours, so
-nothing else here ever asks it.
+Answers to commands of the former client may arrive first.  The answer to `*IDN?` is the mark after which all replies
+belong to this client, so `*IDN?` is sent for nothing else.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from collections.abc import Sequence
 
 from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.commands import parse, reply_kind
-from drivers.red_pitaya.ports import acknowledge_at_once, said_within
+from drivers.red_pitaya.ports import acknowledge_at_once, peek
 
 MARK_S = 1.5  # time for the answer to the first *IDN?
-LAST_WORD_S = 0.2  # a command that is being sent is on its way by then
+FINAL_S = 0.2  # a command that another thread is sending has been sent by then
 UPLOAD_BYTES_PER_S = 200e3  # slower than any network the card is on
 LONGEST_LINE = 4096  # bytes; the server's answers are shorter by far
 
@@ -29,22 +29,25 @@ class Connection:
     """One client's pair of sockets.  Commands from any thread, samples from one."""
 
     def __init__(self, command: socket.socket, data: socket.socket, where: str, timeout_s: float) -> None:
-        self._command, self._data, self.where, self._timeout_s = command, data, where, timeout_s
+        self._command = command
+        self._data = data
+        self.where = where
+        self._timeout_s = timeout_s
         self._lock = threading.Lock()
         self._pending = bytearray()
         self._posted: deque[str] = deque()
         self._broken: str | None = None
         self._no_data: DeviceError | None = None
-        self._telling = threading.Lock()  # held while commands are sent, but not while their answers are waited for
-        self._last_word = False
+        self._send_lock = threading.Lock()  # held while commands are sent, but not while waiting for their answers
+        self._final_sent = False
 
     @property
     def whole(self) -> bool:
-        """Samples arrive, as far as is known."""
+        """Whether samples arrive, as far as is known."""
         return self._no_data is None
 
     def give_up_data(self, why: DeviceError) -> None:
-        """Its command connection is all it has: from now on `upload` and `receive_into` raise this."""
+        """Use the command connection alone: from now on `upload` and `receive_into` raise this error."""
         self._no_data = why
 
     def ask(self, command: str) -> Value:
@@ -58,10 +61,10 @@ class Connection:
         commands and answers stay in step.
         """
         for command in commands:
-            reply_kind(command)  # never send what the server would not answer
+            reply_kind(command)  # a command without a known reply is never sent
         with self._lock:
             deadline = time.monotonic() + (timeout_s or self._timeout_s)
-            self._tell(commands)
+            self._transmit(commands)
             while self._posted:
                 self._line(self._posted[0], deadline)
                 self._posted.popleft()
@@ -69,16 +72,16 @@ class Connection:
         return [parse(command, line, self.where) for command, line in zip(commands, lines, strict=True)]
 
     def post(self, command: str) -> None:
-        """Send a command whose answer is looked for later, by `posted`.  Raises DeviceTimeout, DeviceLost."""
+        """Send a command whose answer `posted` returns later.  Raises DeviceTimeout, DeviceLost."""
         reply_kind(command)
         with self._lock:
-            self._tell([command])
+            self._transmit([command])
             self._posted.append(command)
 
     def posted(self) -> list[Value] | None:
-        """Answers to what was posted, as far as they are here, without waiting; None: nothing is on its way.
+        """Answers to posted commands, as far as they have arrived, without waiting; None: no answer is outstanding.
 
-        Whoever asks anything else meanwhile gets past them.  Raises DeviceLost, DeviceProtocolError.
+        A question that another thread asks meanwhile discards them.  Raises DeviceLost, DeviceProtocolError.
         """
         found: list[Value] = []
         with self._lock:
@@ -91,18 +94,18 @@ class Connection:
                     found.append(parse(self._posted.popleft(), line, self.where))
         return found
 
-    def call_out(self, commands: Sequence[str]) -> None:
-        """Send commands that nobody waits for, in whatever state this connection is and whoever waits for answers.
+    def send_final(self, commands: Sequence[str]) -> None:
+        """Send commands without waiting for answers, in any state of this connection, also while another thread waits.
 
-        They are its last: answers would be out of step, and nobody shall undo them.
+        They are the last on this connection: later answers would be out of step, and no later command may undo them.
         """
-        self._last_word = True
-        told = self._telling.acquire(timeout=LAST_WORD_S)
+        self._final_sent = True
+        acquired = self._send_lock.acquire(timeout=FINAL_S)
         with contextlib.suppress(OSError):
             for each in commands:
                 self._command.send(f"{each}\n".encode(), socket.MSG_DONTWAIT)
-        if told:
-            self._telling.release()
+        if acquired:
+            self._send_lock.release()
 
     def upload(self, command: str, payload: bytes) -> None:
         """Send a command and its bytes on the data socket.
@@ -112,7 +115,7 @@ class Connection:
         reply_kind(command)
         self._check_data()
         with self._lock:
-            self._tell([command])
+            self._transmit([command])
             self._data.settimeout(self._timeout_s)
             self._send(self._data, payload)
             try:
@@ -148,7 +151,7 @@ class Connection:
             filled += count
 
     def close(self) -> None:
-        """Let go; wakes up whoever waits for an answer or for samples.  Idempotent, any thread."""
+        """Close both sockets, which wakes up threads that wait for answers or samples.  Idempotent; any thread."""
         self._broken = self._broken or "it was closed"
         for each in (self._command, self._data):
             with contextlib.suppress(OSError):
@@ -156,25 +159,25 @@ class Connection:
             each.close()
 
     def abandon(self) -> None:
-        """Wake up whoever waits, and end an upload that the server may wait for, but let it keep this client."""
+        """Wake up waiting threads, and end an upload that the server may wait for, but let it keep this client."""
         self._broken = self._broken or "it was given up"
         for link, ways in ((self._command, socket.SHUT_RD), (self._data, socket.SHUT_RDWR)):
             with contextlib.suppress(OSError):
                 link.shutdown(ways)
 
     def answers(self, within_s: float) -> bool:
-        """Whether the server still serves this client; any thread, and whoever asks at that moment is not waited for.
+        """Whether the server still serves this client.  Any thread; does not wait for a thread that is asking.
 
-        False if it closes, or keeps silent for so long: this connection is of no use any more then.
+        False if the server closes, or does not answer within that time: the connection is then unusable.
         """
-        until_s = time.monotonic() + within_s
+        deadline_s = time.monotonic() + within_s
         if not self._lock.acquire(timeout=within_s):
             return False
         try:
             self._check()
             self._send(self._command, b"RP:ADC:WP?\n")
             for command in (*self._posted, "RP:ADC:WP?"):
-                self._line(command, until_s)
+                self._line(command, deadline_s)
             self._posted.clear()
         except (DeviceLost, DeviceTimeout):
             return False
@@ -183,37 +186,37 @@ class Connection:
         return True
 
     def evicted(self) -> bool:
-        """Whether the server has ended this client, or we have; any thread, also while another one reads.
+        """Whether the server or this side has ended the connection; any thread, also while another one reads.
 
-        A data socket that broke alone does not tell: the server keeps the client, to the end of a recording at least.
+        A broken data socket alone is no proof: the server keeps the client, at least to the end of a recording.
         """
-        return said_within(self._command, 0.0) == b""
+        return peek(self._command, 0.0) == b""
 
-    def synchronise(self, *, asked: bool = False) -> None:
+    def synchronise(self, *, mark_sent: bool = False) -> None:
         """Make sure that the next answer belongs to the next command.  Raises DeviceTimeout, DeviceLost,
         DeviceProtocolError if something else answers.
 
-        asked: the mark was sent already, by another one on the same socket.
+        mark_sent: `*IDN?` was sent already, by another object on the same socket.
         """
         deadline = time.monotonic() + MARK_S
-        if not asked:
+        if not mark_sent:
             self._send(self._command, b"\n*IDN?\n")
-        heard = ""
+        line = ""
         try:
-            while not heard.startswith("CUSTOM,"):
-                heard = self._line("*IDN?", deadline)
+            while not line.startswith("CUSTOM,"):
+                line = self._line("*IDN?", deadline)
                 if time.monotonic() > deadline:
-                    raise self._another_service(heard)
+                    raise self._another_service(line)
         except DeviceTimeout:
-            if not heard:
+            if not line:
                 raise
-            raise self._another_service(heard) from None
+            raise self._another_service(line) from None
 
-    def _tell(self, commands: Sequence[str]) -> None:
-        with self._telling:
+    def _transmit(self, commands: Sequence[str]) -> None:
+        with self._send_lock:
             self._check()
-            if self._last_word:
-                raise self._gone("its lines were told to go low")
+            if self._final_sent:
+                raise self._unusable("its lines were told to go low")
             for command in commands:
                 self._send(self._command, f"{command}\n".encode())
 
@@ -228,7 +231,7 @@ class Connection:
             raise self.lost(str(error)) from None
 
     def _line(self, command: str, deadline: float | None) -> str:
-        """The next reply line; it may arrive in several pieces.  deadline None: BlockingIOError if it is not here."""
+        """The next reply line, which may arrive in pieces.  deadline None: BlockingIOError if it has not arrived."""
         while (end := self._pending.find(b"\n")) < 0:
             try:
                 self._command.settimeout(0.0 if deadline is None else max(deadline - time.monotonic(), 1e-3))
@@ -255,30 +258,30 @@ class Connection:
 
     def _check(self) -> None:
         if self._broken is not None:
-            raise self._gone(self._broken)
+            raise self._unusable(self._broken)
 
-    def _gone(self, why: str) -> DeviceLost:
+    def _unusable(self, why: str) -> DeviceLost:
         return DeviceLost(
             "there is no connection to the card",
             where=self.where,
             why=why,
-            remedy="POST /stop (or start anew), which connects again with outputs off",
+            remedy="POST /stop (or restart the daemon), which connects again with outputs off",
         )
 
     def _check_data(self) -> None:
         if self._no_data is not None:
             raise self._no_data
 
-    def _another_service(self, heard: str) -> DeviceProtocolError:
+    def _another_service(self, line: str) -> DeviceProtocolError:
         return DeviceProtocolError(
             "what answers is no RedPitayaDAQServer",
             where=self.where,
-            why=f"it says {heard[:80]!r}",
+            why=f"it says {line[:80]!r}",
             remedy="correct the address",
         )
 
     def lost(self, why: str) -> DeviceLost:
-        """The error that says so; nothing more is asked of this connection then."""
+        """Mark the connection as broken, and return the error that says so."""
         self._broken = self._broken or why
         return DeviceLost(
             "the card is gone",

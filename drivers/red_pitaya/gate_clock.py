@@ -1,7 +1,7 @@
-"""The end of a gate that is high by command, by the clock.
+"""A timer that lowers a gate which was raised by command.
 
-Usually the samples say when it is due.  They may come too slowly for that, or nobody reads them, because whoever does
-waits for something else: a slow card, a full disk.
+Usually the arriving samples say when the end of the gate is due.  They may arrive too slowly for that, or the thread
+that reads them may be waiting for something else, such as a slow card or a full disk.
 """
 
 from __future__ import annotations
@@ -14,18 +14,19 @@ from drivers.errors import ShotRefused
 
 
 class GateClock:
-    """Calls `low` at `until_s` (monotonic) from a thread of its own, unless `stop` comes first."""
+    """Calls `low` at `deadline_s` (monotonic) from a thread of its own, unless `stop` is called before."""
 
-    def __init__(self, until_s: float, low: Callable[[], None]) -> None:
-        self._low, self._guard = low, threading.Lock()
-        self._stopped = self._rang = False
-        self._timer = threading.Timer(until_s - time.monotonic(), self._ring)
+    def __init__(self, deadline_s: float, low: Callable[[], None]) -> None:
+        self._low = low
+        self._guard = threading.Lock()
+        self._stopped = self._expired = False
+        self._timer = threading.Timer(deadline_s - time.monotonic(), self._expire)
         self._timer.daemon = True
         self._timer.start()
 
     def check(self, where: str) -> None:
         """Raises ShotRefused if it has lowered the gate."""
-        if self._rang:
+        if self._expired:
             raise ShotRefused(
                 "the amplifier's gate had to be lowered before its end was seen",
                 where=where,
@@ -35,14 +36,14 @@ class GateClock:
             )
 
     def stop(self, where: str) -> None:
-        """The gate is low.  Raises as `check`."""
+        """Cancel the timer: the gate has been lowered.  Raises as `check`."""
         with self._guard:
             self._stopped = True
         self._timer.cancel()
         self.check(where)
 
-    def _ring(self) -> None:
+    def _expire(self) -> None:
         with self._guard:
             if not self._stopped:
-                self._rang = True
+                self._expired = True
                 self._low()

@@ -1,4 +1,4 @@
-"""Lines on DIO pins, which no sequence can time: set by command, late by some ms, and it is checked how late."""
+"""Lines on DIO pins, which no sequence can time: the host sets them some ms late, and checks how late."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from drivers.errors import DeviceTimeout, ShotRefused
 from drivers.red_pitaya.board import Board
 from drivers.red_pitaya.gate_clock import GateClock
-from drivers.red_pitaya.haste import Haste
 from drivers.red_pitaya.layout import Layout, LinePin, pin_header
 from drivers.red_pitaya.pins import level, set_pin
+from drivers.red_pitaya.reply_deadline import ReplyDeadline
 from drivers.timeline import DigitalLine, Timeline
 
-GATE_GRACE_S = 0.25  # while a command must end a gate, its end may be late by `pin_delay_s` and that
+GATE_GRACE_S = 0.25  # the end of a gate that is set by command may be late by `pin_delay_s` and this
 TRIES = 3  # answers whose slowest says how late a line would be
 
 
@@ -29,7 +29,7 @@ class Edge:
     line: DigitalLine
 
 
-@dataclass
+@dataclass(kw_only=True)
 class PinLines:
     """The edges of one shot still to come; `boards` by index, empty if no line is on a DIO pin."""
 
@@ -51,11 +51,19 @@ class PinLines:
             if pin.sequence_channel is None:
                 edges.append(Edge(high.start_sample, pin.board, pin.pin, True, high.line))
                 edges.append(Edge(high.stop_sample, pin.board, pin.pin, False, high.line))
-        rate_hz, gate = layout.clock.rate_hz, layout.lines[DigitalLine.PA_GATE]
-        return cls(boards[0].where, dict(enumerate(boards)), sorted(edges), layout.pin_delay_s * rate_hz, rate_hz, gate)
+        rate_hz = layout.clock.rate_hz
+        gate = layout.lines[DigitalLine.PA_GATE]
+        return cls(
+            where=boards[0].where,
+            boards=dict(enumerate(boards)),
+            edges=sorted(edges),
+            delay_samples=layout.pin_delay_s * rate_hz,
+            rate_hz=rate_hz,
+            gate=gate,
+        )
 
     def check_pace(self, chunk_samples: int) -> None:
-        """Before power: a line could be set in time.  Raises DeviceTimeout if the card answers too slowly for that."""
+        """Before power: check that a line could be set in time.  Raises DeviceTimeout if the card is too slow."""
         if not self.edges:
             return
         slowest_s = max(self._round_trip_s(board) for board in self.boards.values() for _ in range(TRIES))
@@ -70,12 +78,12 @@ class PinLines:
             )
 
     def before_trigger(self) -> None:
-        """Lines that are high from the first sample on."""
+        """Set the lines that are high from the first sample on."""
         while self._done < len(self.edges) and self.edges[self._done].sample == 0:
             self._set(self.edges[self._done])
 
     def at(self, arrived: int) -> None:
-        """So many samples have arrived: set what is due.  Raises ShotRefused if it is too late for that."""
+        """Set the lines that are due after `arrived` samples.  Raises ShotRefused if it is too late for that."""
         self.check()
         while self._done < len(self.edges) and self.edges[self._done].sample <= arrived:
             edge = self.edges[self._done]
@@ -88,7 +96,7 @@ class PinLines:
                 )
 
     def low(self) -> None:
-        """Every line low."""
+        """Set every line low."""
         for edge in self.edges:
             if edge.high:
                 self.boards[edge.board].ask(f"{pin_header(edge.pin)} OFF")
@@ -96,8 +104,8 @@ class PinLines:
     def _set(self, edge: Edge) -> int:
         """Set the pin; returns the sample at which it was.
 
-        The receiver follows the gate as it reads back, at the pad, not as it was told.  Raises ShotRefused if the gate
-        is still high then, or if a pin does not follow.
+        The receiver is connected only if the gate reads back low at its pad, whatever was commanded.  Raises
+        ShotRefused if the gate is still high then, or if a pin does not follow.
         """
         if edge.line is DigitalLine.RX_CONNECT and edge.high and self._gate_is_high():
             raise ShotRefused(
@@ -105,33 +113,36 @@ class PinLines:
             )
         gate = edge.line is DigitalLine.PA_GATE
         if gate and edge.high:
-            self._hurry(edge)
+            self._set_reply_deadline(edge)
         found, written = set_pin(self.boards[edge.board].ask, edge.pin, high=edge.high)
         if found != level(edge.high):
             raise ShotRefused(f"{edge.pin} was set {level(edge.high)} and reads back {found}", where=self.where)
         if gate and not edge.high:
-            self._hurry(None)
+            self._set_reply_deadline(None)
         self._done += 1
         return written
 
     def check(self) -> None:
-        """Raises ShotRefused if the gate had to be lowered by the clock."""
+        """Raises ShotRefused if the timer had to lower the gate."""
         if self._clock is not None:
             self._clock.check(self.where)
 
-    def _hurry(self, rises: Edge | None) -> None:
-        """While the gate is high by command, no more is waited for, in all, than its end may be late, and by then it is
-        lowered, whoever waits."""
-        haste = None
+    def _set_reply_deadline(self, rises: Edge | None) -> None:
+        """While a command keeps the gate high, limit all waiting together to how late its end may be.
+
+        At that time a timer lowers the gate, whichever thread waits.
+        """
+        reply_deadline = None
         if rises is not None:
-            most_s = self.delay_samples / self.rate_hz + GATE_GRACE_S
+            timeout_s = self.delay_samples / self.rate_hz + GATE_GRACE_S
             end = next(e.sample for e in self.edges[self._done :] if e.line is rises.line and not e.high)
-            haste = Haste(most_s, time.monotonic() + (end - rises.sample) / self.rate_hz + most_s)
-            self._clock = GateClock(haste.until_s, self.boards[rises.board].low([rises.pin]))
+            gate_s = (end - rises.sample) / self.rate_hz
+            reply_deadline = ReplyDeadline(timeout_s, deadline_s=time.monotonic() + gate_s + timeout_s)
+            self._clock = GateClock(reply_deadline.deadline_s, self.boards[rises.board].low([rises.pin]))
         elif self._clock is not None:
             self._clock.stop(self.where)
         for board in self.boards.values():
-            board.haste = haste
+            board.reply_deadline = reply_deadline
 
     def _gate_is_high(self) -> bool:
         assert self.gate is not None

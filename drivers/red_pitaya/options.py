@@ -1,4 +1,4 @@
-"""Tables of the back end `red_pitaya`.  Keys are required unless a default stands here."""
+"""Tables of the back end `red_pitaya`.  Keys are required unless they have a default."""
 
 from __future__ import annotations
 
@@ -9,24 +9,15 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from drivers.errors import ConfigError
 from drivers.red_pitaya.layout import ANALOG_PINS, DIGITAL_PINS, BoardLayout, Layout, LinePin
-from drivers.red_pitaya.watchdog import COUNTER_PINS, WIRE_PIN
 from drivers.timeline import DigitalLine, SampleClock
 from drivers.validation import validated
 
 BASE_FREQUENCY_HZ = 125e6
 SAFE_STEPS_PER_S = 12e3  # the server's thread keeps up with so many
 LONGEST_MOVE_S = 1.0  # of a Tx/Rx switch
-LONGEST_PIN_DELAY_S = 0.5  # a gate by command is told to fall 0.25 s later at the latest, so within 1 s
+LONGEST_PIN_DELAY_S = 0.5  # a gate that is set by command is lowered 0.25 s later at the latest, so within 1 s
 
-REPLAY_REFUSES = {
-    WIRE_PIN: "the watchdog's wire begins there",
-    **dict.fromkeys(COUNTER_PINS, "the watchdog's counter pulses there"),
-}
-REPLAY_NEEDS = (
-    ("instant_reset", True, "its watchdog is the card's own emergency input"),
-    ("prove_wiring", True, "a watchdog that was not seen to act is none"),
-    ("trigger", "internal", "whoever has the other end of an external trigger could play the memory at any time"),
-)
+REMOVED_OPTION = "replay_watchdog"
 
 Port = Annotated[int, Field(ge=1, le=65535)]
 Channel = Annotated[int, Field(ge=0, le=1)]
@@ -71,16 +62,15 @@ class LinesTable(Section):
 
 
 class CardTable(Section):
-    """`[io_card]`: the cards, the first being the master, and how to run them.
+    """`[io_card]`: the cards, the first of which is the master, and how to run them.
 
-    step_samples: grid of all edges of a sequence; chunk_samples: samples per status record and the time until the
-    card looks at commands while it sends; server_version and image_version (None: the same number): what VERsion
-    queries must answer; reply_timeout_s and sample_timeout_s: how long to wait, in a shot less (boards.py,
-    hear_within); require_calibration: refuse a card whose inputs were never calibrated; pin_delay_s: how late a DIO
-    line may be set (and 0.25 s later the clock lowers a gate whose end no sample has told); instant_reset: let the
-    card's input DIO3_P switch the outputs off; prove_wiring: at the start let the master trigger all boards, with
-    nothing to play, and a line on AO1 to AO3 move the switch; replay_watchdog: each card has a wire from DIO4_N to
-    DIO3_P, with which a shot may stay in its memory and be played again (watchdog.py).
+    step_samples: grid of all edges of a sequence; chunk_samples: samples per status record, which is also how long the
+    card takes no command while it sends; server_version, image_version (None: the same number): what the VERsion
+    queries must answer; reply_timeout_s, sample_timeout_s: how long to wait, in a shot less (`limit_reply_times` in
+    boards.py); require_calibration: refuse a card whose inputs were never calibrated; pin_delay_s: how late a DIO line
+    may be set, and 0.25 s after that the driver's own timer lowers a gate whose end no sample has reported;
+    instant_reset: the card's input DIO3_P may switch the outputs off; prove_wiring: at the start the master triggers
+    all boards with nothing to play, and a line on AO1 to AO3 moves the switch.
     """
 
     boards: Annotated[tuple[BoardTable, ...], Field(strict=False, min_length=1)]
@@ -97,7 +87,6 @@ class CardTable(Section):
     instant_reset: bool = True
     trigger: Literal["internal", "external"] = "internal"
     prove_wiring: bool = True
-    replay_watchdog: bool = False
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -112,7 +101,7 @@ class CardTable(Section):
         return self
 
     def layout(self) -> Layout:
-        """Who is what on which board.  Raises ConfigError for a pin or board that does not exist."""
+        """The terminals of all boards and their use.  Raises ConfigError for a pin or board that does not exist."""
         tables = {DigitalLine.PA_GATE: self.lines.pa_gate, DigitalLine.RX_CONNECT: self.lines.rx_connect}
         for line, table in tables.items():
             check_pin(table.board, table.pin, len(self.boards), f"io_card.lines.{line.value}")
@@ -152,18 +141,6 @@ class CardTable(Section):
                 "lines.pa_gate: nothing reads the gate back, and images of server 0.11.1 drive AO0 only; put it on "
                 "AO0, or set prove_wiring = false if you have seen it move"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _can_replay(self) -> Self:
-        if not self.replay_watchdog:
-            return self
-        for key, right, why in REPLAY_NEEDS:
-            if getattr(self, key) != right:
-                raise ValueError(f"replay_watchdog needs {key} = {str(right).lower()}: {why}")
-        for pin in (self.lines.pa_gate.pin, self.lines.rx_connect.pin):
-            if pin in REPLAY_REFUSES:
-                raise ValueError(f"replay_watchdog cannot have a line on {pin}: {REPLAY_REFUSES[pin]}")
         return self
 
 
@@ -222,5 +199,12 @@ def check_pin(board: int, pin: str, boards: int, where: str, *, digital: bool = 
 
 
 def card_table(options: Mapping[str, Any]) -> CardTable:
-    """`[io_card]` checked.  Raises ConfigError."""
+    """`[io_card]` checked.  Raises ConfigError, also for an option that earlier versions had."""
+    if REMOVED_OPTION in options:
+        raise ConfigError(
+            f"key '{REMOVED_OPTION}' is unknown (value {options[REMOVED_OPTION]!r})",
+            where="io_card",
+            why="the option was removed: every shot is uploaded to the cards, and none is played from their memories",
+            remedy=f"remove io_card.{REMOVED_OPTION} from the platform file, and the wire from DIO4_N to DIO3_P",
+        )
     return validated(CardTable, options, "io_card")

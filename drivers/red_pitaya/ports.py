@@ -14,14 +14,14 @@ GONE_S = 10  # a card whose network has not answered for so long is off
 
 
 class Unanswered(DeviceNotFound):
-    """Neither accepted nor refused: nobody there, or the queue of the port is full."""
+    """The connection was neither accepted nor refused: no host at the address, or the port's queue is full."""
 
 
 def connect(host: str, port: int, timeout_s: float = CONNECT_S) -> socket.socket:
     """A TCP connection.  Raises DeviceNotFound.
 
-    A name is asked for once, and again after its address has failed or `ask_anew`: to ask takes seconds where nobody
-    answers, for each port of each card, and that would be how long a stop takes, or why it fails.
+    A host name is resolved once, and again after its address has failed or after `forget_address`: where no name
+    server answers, each look-up takes seconds, which would delay a stop or make it fail.
     """
     try:
         made = socket.create_connection((_ADDRESSES.get(host, host), port), timeout_s)
@@ -40,30 +40,32 @@ def connect(host: str, port: int, timeout_s: float = CONNECT_S) -> socket.socket
     return made
 
 
-def ask_anew(host: str) -> None:
-    """The card may have another address now, and another card its old one."""
+def forget_address(host: str) -> None:
+    """Resolve the host name again next time: the card may have another address, and another card its old one."""
     _ADDRESSES.pop(host, None)
 
 
 def acknowledge_at_once(link: socket.socket) -> None:
-    """Until the next receive: the server writes in small pieces and holds each back until the one before is
-    acknowledged, which a receiver delays by 40 ms.  The kernel forgets this, so it is asked for around every receive.
+    """Acknowledge without delay until the next receive (TCP_QUICKACK).
+
+    The server writes in small pieces and holds each back until the one before is acknowledged, which a receiver delays
+    by 40 ms.  The kernel resets the option, so it is set before every receive.
     """
     if ACKNOWLEDGE_AT_ONCE is not None:
         link.setsockopt(socket.IPPROTO_TCP, ACKNOWLEDGE_AT_ONCE, 1)
 
 
-def notice_its_end(link: socket.socket, *, from_now_on: bool) -> None:
-    """Ask the other computer each second whether it is there, where nothing else is sent: one that was switched off
-    does not say so, and knows of no connection once it is on again.  Or do so no more."""
-    link.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, from_now_on)
-    for name, value in (("TCP_KEEPIDLE", 1), ("TCP_KEEPINTVL", 1), ("TCP_USER_TIMEOUT", from_now_on * GONE_S * 1000)):
+def set_keepalive(link: socket.socket, *, on: bool) -> None:
+    """Switch TCP keep-alive probes, one each second, on or off, for a connection on which nothing is sent: a computer
+    that was switched off does not close its connections, and does not know them when it is on again."""
+    link.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, on)
+    for name, value in (("TCP_KEEPIDLE", 1), ("TCP_KEEPINTVL", 1), ("TCP_USER_TIMEOUT", on * GONE_S * 1000)):
         if hasattr(socket, name):
             link.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
 
-def said_within(peer: socket.socket, seconds: float) -> bytes | None:
-    """What the other side says unasked within that time, left unread; b"" if it closes, None if it keeps silent."""
+def peek(peer: socket.socket, seconds: float) -> bytes | None:
+    """Bytes that the peer sends without a request within that time, left unread; b"" if it closes, None if none."""
     looks = select.poll()  # select takes no file number above 1023
     try:
         looks.register(peer, select.POLLIN)

@@ -1,4 +1,4 @@
-"""The boards' streams as one recording."""
+"""Joins the streams of the boards to one recording."""
 
 from __future__ import annotations
 
@@ -20,12 +20,18 @@ class Reader:
         self,
         boards: Sequence[Board],
         programs: Sequence[BoardProgram],
+        *,
         start: int,
         total: int,
         chunk: int,
         start_samples: int = 0,
     ) -> None:
-        self._boards, self._start, self._total, self._chunk = boards, start, total, chunk
+        """start: first raw sample; total: samples to read; chunk: samples per status record; start_samples: see
+        `Continuity`."""
+        self._boards = boards
+        self._start = start
+        self._total = total
+        self._chunk = chunk
         self._accounts = [b.account(p, start_samples) for b, p in zip(boards, programs, strict=False)]
         self._silent = [program.silent for program in programs]
         self._received = self._given = 0
@@ -37,15 +43,19 @@ class Reader:
         return self._total - self._given
 
     def read(self, most: int, arrived: Callable[[int], None]) -> Chunk:
-        """The next min(most, left) samples; `arrived(n)` is told after each hardware chunk."""
+        """The next min(most, left) samples; `arrived(n)` is called after each hardware chunk."""
         wanted = min(most, self.left)
-        first, pieces, got, flags = self._given, [], 0, ChunkFlags()
+        first = self._given
+        pieces = []
+        got = 0
+        flags = ChunkFlags()
         while got < wanted:
             if self._rest is None:
                 self._rest = self._receive()
                 arrived(self._received)
             volts, verdict = self._rest
-            piece, rest = volts[:, : wanted - got], volts[:, wanted - got :]
+            piece = volts[:, : wanted - got]
+            rest = volts[:, wanted - got :]
             self._rest = (rest, verdict) if rest.shape[1] else None
             pieces.append(piece)
             got += piece.shape[1]
@@ -55,12 +65,13 @@ class Reader:
 
     def _receive(self) -> tuple[NDArray[np.float32], ChunkFlags]:
         count = min(self._chunk, self._total - self._received)
-        rows, flags = [], ChunkFlags()
+        rows = []
+        flags = ChunkFlags()
         for board, account, silent in zip(self._boards, self._accounts, self._silent, strict=True):
             volts, verdict = board.next_chunk(self._start + self._received, count, account)
             board.watch()
             rows.append(volts)
-            if silent:  # the flag stays until a sequence is set, and this board has none to lose steps of
+            if silent:  # the flag stays until a sequence is set, and this board has no sequence that could lose steps
                 verdict = replace(verdict, lost_steps=False)
             flags = flags | verdict
         self._received += count

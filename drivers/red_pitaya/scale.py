@@ -1,4 +1,4 @@
-"""What a card's memory says of its converters."""
+"""The calibration of a card's converters, from its EEPROM."""
 
 from __future__ import annotations
 
@@ -34,12 +34,15 @@ OUTPUT_SCALE = (0.5, 2.0)  # 2: calibrated into 50 ohm
 OUTPUT_OFFSET_V = 0.1  # of a converter; the card puts it out all the time, amplifier on or off
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Scale:
-    """From the card's memory: volts per count and at count 0 of the two inputs, (2,) float32 each, whether they were
-    ever measured, and what the server multiplies the voltages of the two outputs by; gain: counts of the recording per
-    count of the converter; output_limit_v: beyond plus or minus that the card cuts off what an output shall give,
-    because its offset takes a share of the converter, or because of a limit."""
+    """Calibration of the two inputs and the two outputs.
+
+    scale_v, offset_v: of the inputs, (2,) float32, V per count and V at count 0; calibrated: whether these were ever
+    measured; output: factors by which the server multiplies the voltages of the outputs; gain: counts of the recording
+    per count of the converter; output_limit_v: amplitude beyond which the card clips an output, because of its offset
+    or of a limit in its EEPROM, V.
+    """
 
     scale_v: NDArray[np.float32]
     offset_v: NDArray[np.float32]
@@ -49,17 +52,18 @@ class Scale:
     output_limit_v: tuple[float, float] = (1.0, 1.0)
 
     def full_scale_v(self, channel: int) -> float:
-        """What the converter of an input can take."""
+        """Full scale of the converter of an input, V."""
         return 32768 * self.gain * float(self.scale_v[channel])
 
     def ends_v(self, channel: int) -> tuple[float, float]:
         """The voltages of the converter's lowest and highest code."""
-        full_v, offset = self.full_scale_v(channel), float(self.offset_v[channel])
+        full_v = self.full_scale_v(channel)
+        offset = float(self.offset_v[channel])
         return -full_v + offset, full_v * 32767 / 32768 + offset
 
 
 def read_scale(ask: Callable[..., list[str | int | float]], table: CardTable, where: str) -> Scale:
-    """Ask the card.  Raises DeviceProtocolError if that makes no sense, or nothing was set and `table` wants it."""
+    """Read it from the card.  Raises DeviceProtocolError if it is implausible, or absent and `table` requires it."""
     keys = [f"RP:CALIB:{what}?" for what in CALIBRATION]
     *values, flags = ask(*keys, "RP:CALIB:FLAGS")
     numbers = np.array(values, np.float32).reshape(-1, 2)
@@ -69,7 +73,7 @@ def read_scale(ask: Callable[..., list[str | int | float]], table: CardTable, wh
             "the calibration in the card's memory makes no sense",
             where=where,
             why=", ".join(f"{key} is {value}" for key, value in zip(CALIBRATION, values, strict=True)),
-            remedy="calibrate the card anew",
+            remedy="calibrate the card again",
         )
     if not calibrated:
         log.warning("card_inputs_not_calibrated", card=where, scale_v=numbers[0].tolist())
@@ -84,12 +88,17 @@ def read_scale(ask: Callable[..., list[str | int | float]], table: CardTable, wh
     outputs = (float(values[4]), float(values[5]))
     limits_v = _headroom_v(numbers.astype(np.float64))
     return Scale(
-        numbers[0] / np.float32(gain), numbers[1], calibrated, outputs, gain, (float(limits_v[0]), float(limits_v[1]))
+        scale_v=numbers[0] / np.float32(gain),
+        offset_v=numbers[1],
+        calibrated=calibrated,
+        output=outputs,
+        gain=gain,
+        output_limit_v=(float(limits_v[0]), float(limits_v[1])),
     )
 
 
 def _plausible(numbers: NDArray[np.float64]) -> bool:
-    """Whether a card can be so: the two channels' numbers, (6, 2), in the order of CALIBRATION; false for NaN.
+    """Whether the numbers are plausible: (6, 2), two channels in the order of CALIBRATION; False for NaN.
 
     The server checks none of them: a wrong scale, offset or limit of an output is a current in a coil.
     """

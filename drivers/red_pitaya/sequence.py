@@ -1,4 +1,4 @@
-"""Timeline -> what each board must be told.
+"""Compiles a timeline to the step sequence and the sines of each board.
 
 A board plays steps of equal length.  Per step its two outputs are gated by enable bits (the sines run on underneath,
 their phase counted from the trigger) or hold a level, and its slow analog outputs take a level.  After the last step
@@ -27,7 +27,7 @@ PHASE_TOLERANCE_RAD = 1e-6
 OUTPUT_FULL_SCALE_V = 1.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Sine:
     """`amplitude_v * sin(2 pi frequency_hz t + phase_rad)` on an output (0 or 1), t from the trigger."""
 
@@ -102,8 +102,8 @@ def _board_program(board: int, timeline: Timeline, layout: Layout, step: int) ->
         if where == board:
             gates.append((output, burst.start_sample, burst.stop_sample))
             levels += [(output, burst.start_sample, burst.stop_sample, _level_v(burst))] if _is_level(burst) else []
-    mine = [p.sequence_channel for p in layout.lines.values() if p.board == board]
-    used = [*(c for c in mine if c is not None), *(output for output, _, _ in gates)]
+    channels_used = [p.sequence_channel for p in layout.lines.values() if p.board == board]
+    used = [*(c for c in channels_used if c is not None), *(output for output, _, _ in gates)]
     channels = 1 + max(used, default=0)  # the server takes 7 to 17 ms for each; beyond them all amplitudes are zero
     stops = [stop for _, _, stop, _ in levels] + [stop for _, _, stop in gates]
     steps = 1 + max(stops, default=0) // step
@@ -126,7 +126,15 @@ def _sines(board: int, timeline: Timeline, layout: Layout) -> tuple[Sine, ...]:
             parts = next(iter(_intervals(timeline, index).values()))
             for component, burst in enumerate(b for b in parts if not _is_level(b)):
                 amplitude, phase = _from_trigger(burst, timeline)
-                found.append(Sine(output, component, burst.frequency_hz, amplitude, phase))
+                found.append(
+                    Sine(
+                        output=output,
+                        component=component,
+                        frequency_hz=burst.frequency_hz,
+                        amplitude_v=amplitude,
+                        phase_rad=phase,
+                    )
+                )
     return tuple(found)
 
 

@@ -15,7 +15,7 @@ from drivers.red_pitaya.sequence import Sine
 LAST_STEP = 65534
 AMPLITUDE_STEP_V = 1 / LAST_STEP  # divided by the output's scale
 READ_BACK_STEPS = 1.001  # the last step of all can be missed by a whole one
-SCALE_ROUNDING = 5e-6  # of the scale: the server tells it to six digits, and divides by the exact one
+SCALE_ROUNDING = 5e-6  # of the scale: the server reports six digits, and divides by the exact value
 
 
 def arming(sines: Sequence[Sine], scales: Sequence[float]) -> tuple[list[str], list[str], list[str]]:

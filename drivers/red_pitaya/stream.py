@@ -53,12 +53,12 @@ class Record:
 
     @property
     def plausible(self) -> bool:
-        """False for numbers that no recording comes to: bytes are missing, or these are samples."""
+        """False for numbers that no recording reaches: bytes of the stream are missing, or these are samples."""
         return max(self.lag, self.meanwhile) < LONGEST_RECORDING
 
     @property
     def flags(self) -> ChunkFlags:
-        """The card's verdict, with our own on top: a reader a whole ring behind got other samples, flagged or not."""
+        """The card's flags; a reader that lags by a whole ring has read other samples, whether flagged or not."""
         s = self.status
         return ChunkFlags(bool(s & 1) or self.lag > RING_SAMPLES, bool(s & 2), bool(s & 4))
 
@@ -74,18 +74,22 @@ class Record:
 
 
 class Continuity:
-    """Our own account of one board's recording, beside the card's flags.
+    """Checks from the status records, in addition to the card's flags, that one board made one whole recording.
 
-    start_samples: how late after the trigger the server may say that the sequence plays.  One of its threads notices,
-    and the card plays meanwhile, so a busy server is waited for START_TIMES as long, or to the end of the sequence.
+    start_samples: how late after the trigger the server may report that the sequence plays.  A thread of the server
+    notices it while the card plays already, so a busy server gets START_TIMES as long, at most to the sequence's end.
     """
 
     def __init__(self, where: str, sequence_samples: int, start_samples: int = 0) -> None:
-        self._where, self._sequence_samples, self._start_samples = where, sequence_samples, start_samples
-        self._written, self._played, self._late = 0, False, False
+        self._where = where
+        self._sequence_samples = sequence_samples
+        self._start_samples = start_samples
+        self._written = 0
+        self._played = False
+        self._late = False
 
     def check(self, record: Record) -> None:
-        """Raises ShotRefused if trigger, sequence or write pointer tell of another recording than ours."""
+        """Raises ShotRefused if trigger, sequence or write pointer show that it is another recording."""
         if not record.plausible:
             raise ShotRefused(
                 "a status record makes no sense", where=self._where, why="bytes of the stream are missing"
@@ -98,17 +102,15 @@ class Continuity:
                 where=self._where,
                 why=f"its write pointer went from {self._written} back to {record.written}",
             )
-        self._check_playing(record)
-        self._written = record.written
-
-    def _check_playing(self, record: Record) -> None:
         self._played |= record.playing
         if not record.playing:
             self._check_stopped(record)
+        self._written = record.written
 
     def _check_stopped(self, record: Record) -> None:
-        """The sequence does not play: not yet, never, no longer, or too soon."""
-        begun, ended = record.written, record.written + record.meanwhile + STATUS_LAG
+        """The sequence does not play: it has not begun, it has ended, or it ended too early."""
+        begun = record.written
+        ended = record.written + record.meanwhile + STATUS_LAG
         over = ended >= self._sequence_samples
         if over and not (self._late and not self._played):
             return

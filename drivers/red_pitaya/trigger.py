@@ -1,6 +1,6 @@
 """The common trigger of several boards: the master's, carried to the others by the clock cable.
 
-The server looks at its command socket once a millisecond, so what a board is told here goes out together where it can.
+The server looks at its command socket once a millisecond, so commands to one board are sent together if possible.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from drivers.errors import DeviceError, DeviceTimeout, ShotRefused
 from drivers.red_pitaya.board import Board
 
 FOLLOW_S = 0.1
-GONE_S = 1.0
+OFF_S = 1.0
 REST_S = 2e-3
-LOOKS = 5  # at least, on a host so busy that one takes that long
+LOOKS = 5  # at least: on a busy host a single question may take longer than the deadline
 GRANULE = 32  # the write pointer goes in steps of so many samples, and a board may be one behind another
 
 
@@ -40,15 +40,15 @@ def _wait_for(board: Board, level: str, otherwise: str, deadline_s: float) -> No
             )
 
 
-def gone(board: Board) -> None:
+def wait_until_off(board: Board) -> None:
     """Wait until the board's trigger is off.  Raises DeviceTimeout if it does not go."""
-    _wait_for(board, "OFF", "the trigger does not go from the board", time.monotonic() + GONE_S)
+    _wait_for(board, "OFF", "the trigger does not go from the board", time.monotonic() + OFF_S)
 
 
 def prove(boards: Sequence[Board]) -> None:
-    """The master's trigger reaches every board, and goes from every board, with nothing to play.
+    """Prove that the master's trigger reaches every board and leaves every board, with nothing to play.
 
-    Raises DeviceTimeout: a cable, or a board that is not wired as a slave and so is a second master.
+    Raises DeviceTimeout: a loose cable, or a board that is not wired as a slave and so is a second master.
     """
     if len(boards) < 2:
         return
@@ -70,7 +70,8 @@ def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
 
     Returns where the emergency input has switched the outputs off.  Raises DeviceTimeout if a sequence plays on.
     """
-    deadline, stopped = time.monotonic() + timeout_s, []
+    deadline = time.monotonic() + timeout_s
+    stopped = []
     for board in boards:
         while True:
             playing, emergency = board.play()
@@ -80,26 +81,27 @@ def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
                 break
             if time.monotonic() > deadline:
                 raise DeviceTimeout(
-                    "the sequence does not end", where=board.where, remedy="stop the card, which connects anew"
+                    "the sequence does not end", where=board.where, remedy="stop the card, which connects again"
                 )
             time.sleep(1e-3)
     return stopped
 
 
-def wait_for_rest(boards: Sequence[Board], timeout_s: float) -> None:
-    """Wait until every server has emptied its memory of the shot before.  Raises DeviceTimeout if one goes on.
+def wait_until_cleared(boards: Sequence[Board], timeout_s: float) -> None:
+    """Wait until every server has emptied its memory of the shot before.  Raises DeviceTimeout if one continues.
 
-    A server says so a moment before it has reset its count of steps, and a sequence that is set in between would lack
-    its first ones: enabled, without the gate's line (control.c:199, :387; a line of its log is between them).
+    A server reports this a moment before it has reset its count of steps.  A sequence that is set in between would lack
+    its first steps, which are then enabled, without the gate's line (control.c:199, :387).
     """
-    deadline, waited = time.monotonic() + timeout_s, [board for board in boards if board.clearing]
+    deadline = time.monotonic() + timeout_s
+    waited = [board for board in boards if board.clearing]
     for board in waited:
-        while not board.rests():
+        while not board.is_cleared():
             if time.monotonic() > deadline:
                 raise DeviceTimeout(
                     "the sequence of the shot before does not end",
                     where=board.where,
-                    remedy="stop the card, which connects anew",
+                    remedy="stop the card, which connects again",
                 )
             time.sleep(1e-3)
     if waited:
@@ -109,11 +111,12 @@ def wait_for_rest(boards: Sequence[Board], timeout_s: float) -> None:
 def check_in_step(boards: Sequence[Board], at_the_end: int) -> None:
     """After `wait_for_sequences` and `end`: all boards have recorded since the same moment.
 
-    A slave whose trigger was gone for a moment records, and plays, anew from there, and its samples are those of a
-    later time.  Its server waits for them as for any others, and notices nothing.  Not seen is what happens so soon
-    after the trigger as the master's two questions are apart, some milliseconds.
+    A slave whose trigger was interrupted restarts recording and playing, so that its samples belong to a later time.
+    Its server waits for them as for any others and notices nothing.  The write pointers of the slaves are therefore
+    compared with that of the master, which is read once before and once after them.  An interruption that is closer to
+    the trigger than these two readings, some milliseconds, is not detected.
 
-    at_the_end: what `end` returned.  The slaves were asked for theirs between the master's two.  Raises ShotRefused.
+    at_the_end: the write pointer that `end` returned, samples.  Raises ShotRefused.
     """
     master, *slaves = boards
     for board in slaves:
@@ -127,10 +130,10 @@ def check_in_step(boards: Sequence[Board], at_the_end: int) -> None:
 
 
 def end(boards: Sequence[Board]) -> int:
-    """Trigger off, then what each board is told after a shot; returns the master's write pointer before that.
+    """Trigger off, then all boards to mode CONFIGURATION; returns the master's write pointer before that.
 
-    The slaves' recordings are kept alive until the master's trigger is off, or theirs would be cut off in the middle.
-    A sequence that is set while a board still has its trigger would begin and end at once, so that is waited for.
+    The slaves' recordings are kept alive until the master's trigger is off, or they would be cut off.  A sequence that
+    is set while a board still has its trigger would begin and end at once, so this waits until the trigger is off.
     Raises DeviceTimeout if the trigger does not go from a board.
     """
     master, *slaves = boards
@@ -138,6 +141,6 @@ def end(boards: Sequence[Board]) -> int:
         board.ask("RP:TRIGGER:ALIVE ON")
     written, *_ = master.ask("RP:ADC:WP?", *(["RP:TRIGGER:ALIVE ON"] if slaves else []), "RP:TRIGGER OFF")
     for board in boards:
-        gone(board)
-        board.ask(*(["RP:TRIGGER:ALIVE OFF"] if slaves else []), *board.after_shot)
+        wait_until_off(board)
+        board.ask(*(["RP:TRIGGER:ALIVE OFF"] if slaves else []), "RP:MODE CONFIGURATION")
     return int(written)

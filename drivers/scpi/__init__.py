@@ -5,6 +5,6 @@ wires.py       which wire, and TCP; serial lines come from drivers.serial_line
 usb_wire.py    USBTMC
 lines.py       what a device sent as one line of text
 dialogue.py    asking with a table of commands and answers
-amplifier.py, lna.py, thermometer.py   the devices
-backend.py     the back end `scpi`
+amplifier.py, lna.py   the devices
+backend.py     the back end `scpi`, with the thermometer
 """

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from drivers.errors import DeviceFault, DeviceStateError
+import math
+
+from drivers.errors import DeviceFault, DeviceProtocolError, DeviceStateError, DeviceTimeout
 from drivers.exchange import Exchange
 from drivers.identity import Identity
-from drivers.power_amplifier import AmplifierStatus
+from drivers.power_amplifier import AmplifierStatus, PowerAmplifier
 from drivers.scpi.dialogue import fault_of, number, numbered, yes
 from drivers.scpi.options import AmplifierCommands, Words
 
+_HOTTEST_C = 300.0
+"""Numbers beyond it stand for a sensor that is missing: 9.9E37 is the NaN of SCPI."""
 
-class ScpiAmplifier:
+
+class ScpiAmplifier(PowerAmplifier):
     """See drivers.power_amplifier.PowerAmplifier.
 
     One without mute commands is muted by disabling it: its power stage is then on only while it is unmuted.
     """
 
     def __init__(self, exchange: Exchange, commands: AmplifierCommands, words: Words) -> None:
-        self._exchange, self._do, self._words = exchange, commands, words
+        self._exchange = exchange
+        self._do = commands
+        self._words = words
         self._enabled_muted = False  # of an amplifier without mute commands
         exchange.on_open = self._make_safe
         exchange.last_words = tuple(filter(None, (commands.disable, commands.mute)))
@@ -29,15 +36,25 @@ class ScpiAmplifier:
         return self._exchange.identity()
 
     def status(self) -> AmplifierStatus:
-        """See PowerAmplifier.  No temperature, no fault and no clipping where the device does not tell."""
+        """See PowerAmplifier.  Temperature, fault and clipping are absent where the device does not report them."""
         live = self._is_on()
         return AmplifierStatus(
             enabled=live or self._enabled_muted,
             muted=yes(self._exchange, self._do.muted, self._words) if self._do.muted else not live,
             fault=self._fault(),
-            temperature_c=number(self._exchange, self._do.temperature) if self._do.temperature else None,
+            temperature_c=self._temperature_c(),
             clipped=bool(self._do.clipped) and yes(self._exchange, self._do.clipped, self._words),
         )
+
+    def _temperature_c(self) -> float | None:
+        """Its temperature, which decides nothing: None also for an answer that is none, or none in time."""
+        if not self._do.temperature:
+            return None
+        try:
+            reading = number(self._exchange, self._do.temperature)
+        except (DeviceProtocolError, DeviceTimeout):
+            return None
+        return reading if math.isfinite(reading) and abs(reading) < _HOTTEST_C else None
 
     def enable(self) -> None:
         """See PowerAmplifier.  Raises DeviceFault also if the device refuses or does not read back so."""
@@ -74,7 +91,7 @@ class ScpiAmplifier:
         self._confirm(on=True)
 
     def reset_fault(self) -> None:
-        """See PowerAmplifier.  Off comes first: an amplifier may go on where it was as soon as its fault is gone."""
+        """See PowerAmplifier.  It is switched off first, because it may resume as soon as its fault is cleared."""
         self.disable()
         if self._do.reset_fault:
             self._command(self._do.reset_fault)
@@ -104,7 +121,8 @@ class ScpiAmplifier:
         self._tell_off(exchange)
 
     def _tell_off(self, exchange: Exchange | None = None) -> None:
-        self._enabled_muted, exchange = False, exchange or self._exchange
+        self._enabled_muted = False
+        exchange = exchange or self._exchange
         exchange.tell(self._do.disable)
         if self._do.mute:
             exchange.tell(self._do.mute)

@@ -9,11 +9,27 @@ from drivers.backend import RealBackend
 from drivers.errors import ConfigError
 from drivers.exchange import Exchange, closed_on_error
 from drivers.scpi.amplifier import ScpiAmplifier
+from drivers.scpi.dialogue import number
 from drivers.scpi.lna import ScpiLna
 from drivers.scpi.options import AmplifierTable, DeviceTable, LnaTable, Section, ThermometerTable
-from drivers.scpi.thermometer import ScpiThermometer
 from drivers.scpi.wires import open_wire
 from drivers.validation import validated
+
+
+class ScpiThermometer:
+    """See drivers.thermometer.Thermometer."""
+
+    def __init__(self, exchange: Exchange, question: str) -> None:
+        self._exchange = exchange
+        self._question = question
+
+    def temperature_c(self) -> float:
+        """See Thermometer."""
+        return number(self._exchange, self._question)
+
+    def close(self) -> None:
+        """See Thermometer."""
+        self._exchange.close()
 
 
 class ScpiBackend(RealBackend):

@@ -13,7 +13,8 @@ class ScpiLna:
     """See drivers.lna.Lna."""
 
     def __init__(self, exchange: Exchange, table: LnaTable) -> None:
-        self._exchange, self._table = exchange, table
+        self._exchange = exchange
+        self._table = table
         self.set_gain(table.gain)
         exchange.on_open = lambda _: self.set_gain(self._set)  # one that lost its power has forgotten it
 
@@ -40,7 +41,7 @@ class ScpiLna:
         self._set = gain
 
     def overloaded(self) -> bool:
-        """See Lna.  False where the device does not tell."""
+        """See Lna.  False where the device does not report it."""
         question = self._table.commands.overload
         return bool(question) and yes(self._exchange, question, self._table.words)
 

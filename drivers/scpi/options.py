@@ -100,7 +100,7 @@ class AmplifierTable(DeviceTable):
 
 
 class LnaCommands(Section):
-    """Texts of an LNA; `{gain}` stands for the gain in V/V; overload and clear_overload may be empty."""
+    """Texts of an LNA; `{gain}` is replaced by the gain in V/V; overload and clear_overload may be empty."""
 
     identify: Word = "*IDN?"
     gain: Word = "GAIN?"

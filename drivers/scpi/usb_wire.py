@@ -18,22 +18,24 @@ from drivers.scpi.options import DeviceTable, SocketTable
 
 LONGEST = 4096
 CLASS_IN = 0xA1  # a question to the interface, USBTMC table 15
-INITIATE_CLEAR, CHECK_CLEAR_STATUS, PENDING = 5, 6, 2
+INITIATE_CLEAR = 5
+CHECK_CLEAR_STATUS = 6
+PENDING = 2
 CLEAR_S = 1.0
 
-# The library warns of a garbled message and goes on; what it makes of it is refused here as garbage.
+# The library warns of a garbled message and continues; what it makes of it is refused here as garbage.
 warnings.filterwarnings("ignore", message="Unexpected MsgID", category=UserWarning)
 
 
 class Device(USBTMC):
-    """The library's, except that a failed read is not aborted, which takes the library 5 s more: whoever fails opens
-    anew, and every opening clears the device."""
+    """The session of pyvisa-py without its abort of a failed read, which takes 5 s more: after a failure the wire is
+    opened again, and every opening clears the device."""
 
     def _abort_bulk_in(self, btag: int) -> None:
         """See the class."""
 
     def clear(self) -> None:
-        """Forget half messages and old answers (USBTMC 4.2.1.6); a device that cannot says so by a stall."""
+        """Discard partial messages and old answers (USBTMC 4.2.1.6); a device that cannot answers with a stall."""
         interface = self.usb_intf.bInterfaceNumber
         try:
             self.usb_dev.ctrl_transfer(CLASS_IN, INITIATE_CLEAR, 0, interface, 1)
@@ -51,8 +53,8 @@ class Device(USBTMC):
 
 
 def socket_backend(table: SocketTable) -> Any:
-    """pyusb's way to an emulated device, published by whoever emulates it; pyusb finds libusb, the way to a real one,
-    by itself.  Raises ConfigError if none is installed."""
+    """The pyusb back end of an emulated device, published as an entry point; for a real device pyusb finds libusb by
+    itself.  Raises ConfigError if none is installed."""
     return entry_points.load(entry_points.USB_BACKENDS, "socket", "USB back end")(table.host, table.port)
 
 
@@ -108,9 +110,10 @@ class UsbWire:
 
 def _opening_failed(where: str, error: Any) -> DeviceError:
     """What it means that a USB device cannot be opened."""
-    number, text = getattr(error, "errno", None), str(error)
+    number = getattr(error, "errno", None)
+    text = str(error)
     if number == errno.EACCES or "Access denied" in text or "insufficient permissions" in text.lower():
-        remedy = "install the udev rule of docs/wiring.md"
+        remedy = "install the udev rule of docs/reference/wiring.md"
         return DeviceDenied("the USB device may not be opened", where=where, why="permission denied", remedy=remedy)
     if number == errno.EBUSY or "Resource busy" in text:
         return DeviceDenied("another program uses the USB device", where=where, why=text, remedy="stop it")

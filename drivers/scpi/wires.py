@@ -29,7 +29,9 @@ class TcpWire:
     """See drivers.exchange.Wire; SCPI on a TCP port."""
 
     def __init__(self, host: str, port: int, timeout_s: float, end: str = "\n") -> None:
-        self._where, self._timeout_s, self._end = f"{host}:{port}", timeout_s, end.encode("ascii")
+        self._where = f"{host}:{port}"
+        self._timeout_s = timeout_s
+        self._end = end.encode("ascii")
         try:
             self._socket = socket.create_connection((host, port), timeout_s)
         except OSError as error:

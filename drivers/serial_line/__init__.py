@@ -1,4 +1,4 @@
-"""Devices on a serial line: Tx/Rx switch and LNA, as docs/wire-protocols.md describes them.
+"""Devices on a serial line: Tx/Rx switch and LNA, as docs/reference/wiring.md describes them.
 
 wire.py        a serial port that carries lines of ASCII
 controller.py  asking: every command has one answer, errors are `ERR number,"text"`

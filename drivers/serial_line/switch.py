@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from drivers.contacts import come_to_rest
 from drivers.errors import DeviceFault, DeviceProtocolError
 from drivers.exchange import Exchange
 from drivers.identity import Identity
+from drivers.relay import wait_until_settled
 from drivers.serial_line.controller import command, flag, knows, numbers, query, senseless
-from drivers.tx_rx_switch import SwitchPosition, SwitchTiming
+from drivers.tx_rx_switch import SwitchPosition, SwitchTiming, TxRxSwitch
 
 POSITIONS = {"TX": SwitchPosition.TRANSMIT, "RX": SwitchPosition.RECEIVE, "MOVING": SwitchPosition.MOVING}
 NAMES = {position: text for text, position in POSITIONS.items()}
 
 
-class SerialSwitch:
+class SerialSwitch(TxRxSwitch):
     """See drivers.tx_rx_switch.TxRxSwitch.  During a timeline it follows the card's line by itself."""
 
     def __init__(self, exchange: Exchange) -> None:
@@ -22,7 +22,8 @@ class SerialSwitch:
         times = numbers(exchange, "TIM?")
         if len(times) != 3 or min(times) < 0:
             raise DeviceProtocolError("three times were expected", where=exchange.where, why=f"TIM? says {times}")
-        self._timing = SwitchTiming(*times)
+        dead_time_s, bounce_s, settle_s = times
+        self._timing = SwitchTiming(dead_time_s=dead_time_s, bounce_s=bounce_s, settle_s=settle_s)
         self._measures = knows(exchange, "MOVE? RX")
         self.to_transmit()
 
@@ -71,4 +72,4 @@ class SerialSwitch:
     def _go(self, target: SwitchPosition, text: str) -> None:
         """Command the contacts and wait until they are there for good: they may have followed their line just now."""
         command(self._exchange, text)
-        come_to_rest(self.position, target, self._timing, self._exchange.where)
+        wait_until_settled(self.position, target, self._timing, self._exchange.where)

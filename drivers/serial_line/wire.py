@@ -18,7 +18,9 @@ class SerialWire:
 
     def __init__(self, port: str, baud: int, timeout_s: float, end: str = "\n") -> None:
         """Raises DeviceNotFound, DeviceDenied."""
-        self._port_name, self._timeout_s, self._end = port, timeout_s, end.encode("ascii")
+        self._port_name = port
+        self._timeout_s = timeout_s
+        self._end = end.encode("ascii")
         try:
             self._port = serial.Serial(port, baud, timeout=timeout_s, write_timeout=timeout_s, exclusive=True)
             self._port.reset_input_buffer()
@@ -28,7 +30,7 @@ class SerialWire:
     def send(self, text: str) -> None:
         """See Wire."""
         try:
-            self._port.reset_input_buffer()  # what nobody waits for any more
+            self._port.reset_input_buffer()  # late answers to earlier questions
             self._port.write(text.encode("ascii") + self._end)
         except serial.SerialTimeoutException:
             raise DeviceTimeout("the serial line takes no data", where=self._port_name) from None
@@ -73,7 +75,10 @@ def opening_failed(port: str, error: Exception) -> DeviceNotFound | DeviceDenied
     number = getattr(error, "errno", None)
     text = str(error)
     if number in (errno.EACCES, errno.EPERM) or "Permission denied" in text:
-        remedy = "add your user to the group that owns the port (dialout), or install the udev rule of docs/wiring.md"
+        remedy = (
+            "add your user to the group that owns the port (dialout), or install the udev rule of "
+            "docs/reference/wiring.md"
+        )
         return DeviceDenied("the serial port may not be opened", where=port, why="permission denied", remedy=remedy)
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text:
         remedy = "stop the other program"

@@ -7,8 +7,14 @@ from typing import Annotated
 
 import typer
 
-from .options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption
-from .output import must_not_exist, write_json
+from platform_daemon.core.command_line.options import (
+    EndpointsOption,
+    ForceOption,
+    JsonOption,
+    PlatformOption,
+    SetOption,
+)
+from platform_daemon.core.command_line.output import must_not_exist, write_json
 
 PortOption = Annotated[int, typer.Option(help="Port of the daemon; the next one only stops.", min=1, max=65534)]
 
@@ -23,15 +29,17 @@ def doctor(
     json_file: JsonOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Look at devices, disk, memory, clock, ports and service.  Exit code 1 if something must not stay as it is."""
-    from platform_daemon.reports import print_findings
-    from platform_daemon.settings import load_platform
-    from platform_daemon.supervisor import examine
+    """Check devices, disk, memory, clock, ports and service.  Exit code 1 if something must be corrected."""
+    from platform_daemon.core.guard.preflight import run_preflight
+    from platform_daemon.core.settings import load_platform
+
+    from .device_tables import print_findings
+    from .devices import read_back_by
 
     file = load_platform(platform, overrides or (), endpoints)
     must_not_exist(json_file, force, ".json")
-    found = examine(file, data, (port, port + 1), unit)
-    print_findings(found)
+    found = run_preflight(file, data, (port, port + 1), unit, read_back_by)
     write_json(json_file, found)
+    print_findings(found)
     if found.fails:
         raise typer.Exit(1)

@@ -11,10 +11,7 @@ from typing import Annotated
 import typer
 
 from drivers.errors import ConfigError
-from drivers.registry import load_emulator
-from platform_daemon.settings import locate, read_toml
-
-from .interrupts import heed_one_interrupt
+from platform_daemon.core.command_line.interrupts import heed_one_interrupt
 
 CLOSE_S = 10.0
 
@@ -27,8 +24,11 @@ def emulate(
     name: Annotated[str, typer.Option("--emulator", help="Which installed emulator.")] = "lab",
 ) -> None:
     """Emulate I/O cards, serial devices and the USB amplifier until SIGTERM or Ctrl-C."""
+    from drivers.registry import load_emulator
+    from platform_daemon.core.settings import locate, read_toml
+
     path = locate("emulators", config)
-    from platform_daemon.engine import reduce_latency  # here, because all commands import this module
+    from platform_daemon.core.hardware.latency import reduce_latency  # here, because all commands import this module
 
     tables, _ = read_toml(path)
     heed_one_interrupt()
@@ -54,11 +54,11 @@ def emulate(
 
 def _announce(text: str, target: Path | None) -> None:
     """Show where everything listens; the file appears whole or not at all."""
-    print(text, end="", flush=True)
     if target is not None:
-        from platform_daemon.store import write_file  # here, because HDF5 is loaded with it
+        from platform_daemon.core.state.durable import write_file  # here, because HDF5 is loaded with it
 
         write_file(target, text.encode())
+    print(text, end="", flush=True)
 
 
 def _withdraw(target: Path | None, written: str | None) -> None:

@@ -1,89 +1,172 @@
-"""The command line: `platform-daemon serve | measure | sweep | characterise | fit | harmonics | diagnose | ...`.
+"""The command `platform-daemon`: its commands by name, its exit codes, and how errors are shown.
 
-Exit codes: 0 done; 1 a device or the program failed; 2 bad input, or a device is not what the platform file says;
-3 nothing to fit or diagnose; 130 interrupted.
+`commands()` names the module of every command and its line in `platform-daemon --help`.  A module is imported when its
+command is called, so that help and short commands do not wait for libraries that they do not use.
 """
 
 from __future__ import annotations
 
 import logging
 import sys
-from typing import Annotated
+from dataclasses import dataclass
+from functools import wraps
+from importlib import import_module
+from typing import Annotated, Any
 
 import typer
 
 from drivers.errors import PlatformError
-from platform_daemon import __version__
-from platform_daemon.serving import log_from
+from platform_daemon.core.command_line.interrupts import INTERRUPTED, no_interrupt_lost
+from platform_daemon.core.command_line.terminal import plain_text_only, tolerant_streams
+from platform_daemon.core.registry import features
 
-from .bench import bench_app
-from .calibrate import calibrate_app
-from .characterise import characterise
-from .design import defects, design
-from .devices import config_app, devices, reset_amplifier
-from .diagnose import diagnose
-from .diagnose_live import FilesOrLive
-from .doctor import doctor
-from .emulate import emulate
-from .fit import fit
-from .harmonics import harmonics
-from .interrupts import INTERRUPTED, no_interrupt_lost
-from .measure import measure
-from .models import adopt, models_app
-from .precision import predict
-from .ramp import ramp
-from .recordings import info, plot
-from .retention import retention
-from .safety import outputs_off, reset_fault
-from .schedule import schedule_app
-from .self_test import self_test
-from .serve import serve
-from .sliding import slide
-from .sweep import sweep
-from .terminal import plain_text_only
-from .tokens import token_app
-from .trend import index_app, trend
-from .tune import tune
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
-app.add_typer(config_app, name="config")
-app.add_typer(bench_app, name="bench")
-app.add_typer(calibrate_app, name="calibrate")
-app.add_typer(models_app, name="models")
-app.add_typer(token_app, name="token")
-app.add_typer(schedule_app, name="schedule")
-app.add_typer(index_app, name="index")
-app.command()(adopt)
-app.command()(devices)
-app.command()(reset_amplifier)
-app.command()(outputs_off)
-app.command()(reset_fault)
-app.command()(doctor)
-app.command()(self_test)
-app.command()(emulate)
-app.command()(fit)
-app.command()(harmonics)
-app.command()(predict)
-app.command()(design)
-app.command()(defects)
-app.command()(slide)
-app.command(cls=FilesOrLive)(diagnose)
-app.command()(characterise)
-app.command()(serve)
-app.command()(measure)
-app.command()(sweep)
-app.command()(ramp)
-app.command()(tune)
-app.command()(info)
-app.command()(plot)
-app.command()(trend)
-app.command()(retention)
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """Where a command is defined, and what the list of commands says of it."""
+
+    module: str
+    """Full name of the module."""
+    attribute: str
+    """The function of the command there, or a `typer.Typer` for a group or a command of its own class."""
+    help: str
+    """The first paragraph of the command's own help."""
+
+
+_OWN = {
+    "devices": Entry(
+        module="platform_daemon.cli.devices",
+        attribute="devices",
+        help="List the devices with identity, state and error.  Exit code 1 if one is missing.",
+    ),
+    "reset-amplifier": Entry(
+        module="platform_daemon.cli.devices",
+        attribute="reset_amplifier",
+        help="Clear the amplifier's latched fault after a trip; no power goes out.  Find the cause first.",
+    ),
+    "outputs-off": Entry(
+        module="platform_daemon.cli.safety",
+        attribute="outputs_off",
+        help="Switch all outputs off and prove it, all devices at once; exit code 0 only if it is proved.",
+    ),
+    "reset-fault": Entry(
+        module="platform_daemon.cli.safety",
+        attribute="reset_fault",
+        help="Reset the fault latch, so that power may go out again; all outputs are proved off first.",
+    ),
+    "doctor": Entry(
+        module="platform_daemon.cli.doctor",
+        attribute="doctor",
+        help="Check devices, disk, memory, clock, ports and service.  Exit code 1 if something must be corrected.",
+    ),
+    "emulate": Entry(
+        module="platform_daemon.cli.emulate",
+        attribute="emulate",
+        help="Emulate I/O cards, serial devices and the USB amplifier until SIGTERM or Ctrl-C.",
+    ),
+    "serve": Entry(
+        module="platform_daemon.cli.serve",
+        attribute="serve",
+        help="Run the daemon until SIGTERM or Ctrl-C; outputs go off first.",
+    ),
+    "openapi": Entry(
+        module="platform_daemon.cli.openapi",
+        attribute="openapi",
+        help="Print the OpenAPI schema of the REST interface, for generators of clients; no server has to run.",
+    ),
+    "retention": Entry(
+        module="platform_daemon.cli.retention",
+        attribute="retention",
+        help="List the recordings that may be removed; --archive or --delete removes them.",
+    ),
+    "config": Entry(module="platform_daemon.cli.devices", attribute="config_app", help="Configuration files."),
+    "bench": Entry(
+        module="platform_daemon.cli.bench", attribute="bench_app", help="Benchmarks; compare ratios, not milliseconds."
+    ),
+    "token": Entry(
+        module="platform_daemon.cli.tokens",
+        attribute="token_app",
+        help="Tokens for the REST interface: add, list, revoke.",
+    ),
+}
+
+
+def commands() -> dict[str, Entry]:
+    """Every command and group of commands by name: those that belong to no feature, and those of the features."""
+    found = dict(_OWN)
+    for feature in features():
+        for each in feature.commands:
+            module = f"{feature.package}{each.module}"
+            found[each.name] = Entry(module=module, attribute=each.attribute, help=each.help)
+    return dict(sorted(found.items()))
+
+
+DIAGNOSE_LIVE = "diagnose --live"
+"""`diagnose` has other options with --live, so that it is another command: listed nowhere, and found by this name."""
+UNLISTED = {
+    DIAGNOSE_LIVE: Entry(
+        module="platform_daemon.features.diagnose.live_command",
+        attribute="diagnose_live",
+        help="Diagnose on the platform: measure, diagnose, run the next measurement, until explained or out of budget.",
+    )
+}
+
+
+def load(name: str) -> Any:
+    """The click command of this name; its module is imported.
+
+    Log events are configured when the command runs, not for its help: structlog takes as long as all of the help.
+    """
+    entry = (commands() | UNLISTED)[name]
+    found = getattr(import_module(entry.module), entry.attribute)
+    around = typer.Typer(add_completion=False, pretty_exceptions_enable=False, callback=lambda: None)
+    if isinstance(found, typer.Typer):
+        around.add_typer(found, name=name)
+    else:
+        around.command(name)(found)
+    command = typer.main.get_group(around).commands[name]
+    for each in getattr(command, "commands", {"": command}).values():
+        each.callback = _logging(each.callback)
+    return command
+
+
+def _logging(callback: Any) -> Any:
+    """The callback of a command, run after warnings have a way to the terminal, and compiled kernels a place."""
+
+    @wraps(callback)
+    def run(*arguments: Any, **options: Any) -> Any:
+        from platform_daemon.core.state.kernel_cache import choose_kernel_cache
+        from platform_daemon.core.state.logs import log_from
+
+        log_from(logging.WARNING)
+        if (warning := choose_kernel_cache()) is not None:
+            print(f"warning: {warning}.", file=sys.stderr)
+        return callback(*arguments, **options)
+
+    return run
+
+
+class LazyGroup(typer.core.TyperGroup):
+    """A group that knows its commands by name and help, and imports the one that is called."""
+
+    def __init__(self, **settings: Any) -> None:
+        listed = {name: typer.core.TyperCommand(name, help=entry.help) for name, entry in commands().items()}
+        super().__init__(**settings | {"commands": listed})
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The name, the command with its options, and its arguments."""
+        name, command, rest = super().resolve_command(ctx, args)
+        if name == "diagnose" and "--live" in rest:
+            name, rest = DIAGNOSE_LIVE, [argument for argument in rest if argument != "--live"]
+        return name, command if name is None else load(name), rest
+
+
+app = typer.Typer(cls=LazyGroup, add_completion=False, pretty_exceptions_enable=False)
 
 
 def main() -> None:
     """Entry point; every expected error is one line on stderr."""
-    log_from(logging.WARNING)
-    with plain_text_only():
+    with tolerant_streams(), plain_text_only():
         sys.exit(_run())
 
 
@@ -92,7 +175,7 @@ def _run() -> int | None:
     try:
         with no_interrupt_lost():
             code: int | None = app(standalone_mode=False)
-        if code == INTERRUPTED:  # so ends a command that was interrupted anywhere, without a word
+        if code == INTERRUPTED:  # of a command that was interrupted anywhere, and said nothing
             print("interrupted; outputs are off", file=sys.stderr)
         return code
     except typer.TyperException as error:
@@ -121,6 +204,8 @@ def _root(
     3 nothing to fit or diagnose; 130 interrupted.
     """
     if version:
+        from platform_daemon import __version__
+
         print(__version__)
         raise typer.Exit
     if context.invoked_subcommand is None:

@@ -1,4 +1,4 @@
-"""`platform-daemon retention`: which old recordings may go; they go when that is said, into an archive or for good."""
+"""`platform-daemon retention`: list old recordings that may be removed; archive or delete them on request."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from typing import Annotated
 import typer
 
 from drivers.errors import InputError
-
-from .trend import FOLDER, FolderOption, updated
+from platform_daemon.features.trends.command import FOLDER, FolderOption, updated
 
 MADE_FROM = ("models", "presets", "resonators")
-"""Folders beside that of the recordings, whose files name the recordings that they were made from."""
+"""Folders next to the folder of the recordings, whose files name the recordings that they were made from."""
 _MOST_DAYS = 36_525.0
 
 
@@ -26,8 +25,9 @@ def retention(
     delete_them: Annotated[bool, typer.Option("--delete", help="Delete them for good.")] = False,
     recordings: FolderOption = FOLDER,
 ) -> None:
-    """List the recordings that may go; with --archive or --delete they do."""
-    from platform_daemon.store import RetentionRules, delete, move_away, named_in, old_recordings, recording_files
+    """List the recordings that may be removed; --archive or --delete removes them."""
+    from platform_daemon.core.recordings.index import recording_files
+    from platform_daemon.core.recordings.retention import RetentionRules, delete, move_away, named_in, old_recordings
 
     if not older_than_days <= _MOST_DAYS:  # nor is it no number
         remedy = "name an age of days, as 365"
@@ -49,12 +49,12 @@ def retention(
     for each in old:
         print(f"{each.begun[:19]}  {each.size / 1e6:9.1f} MB  {each.specimen}  {each.file}")
     kept = f"; {len(needed)} stay because a model, a preset or a resonator was made from them" if needed else ""
-    told = f"{len(old)} recordings, {sum(each.size for each in old) / 1e9:.3f} GB"
+    total = f"{len(old)} recordings, {sum(each.size for each in old) / 1e9:.3f} GB"
     if archive is not None:
         move_away(recordings, old, archive)
-        print(f"{told}, moved to {archive}{kept}")
+        print(f"{total}, moved to {archive}{kept}")
     elif delete_them:
         delete(recordings, old)
-        print(f"{told}, deleted{kept}")
+        print(f"{total}, deleted{kept}")
     else:
-        print(f"{told} would go; nothing was touched: --archive FOLDER moves them, --delete deletes them{kept}")
+        print(f"{total} would go; nothing was touched: --archive FOLDER moves them, --delete deletes them{kept}")

@@ -1,4 +1,4 @@
-"""`platform-daemon outputs-off | reset-fault`: what a person, or systemd, does when nobody owns the devices."""
+"""`platform-daemon outputs-off | reset-fault`: what a person, or systemd, does when no program owns the devices."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivers.errors import DeviceDenied
+from platform_daemon.core.command_line.auditing import audit_done
+from platform_daemon.core.command_line.options import EndpointsOption, PlatformOption, SetOption
 
-from .auditing import audit_done
-from .options import EndpointsOption, PlatformOption, SetOption
+from .owning_daemon import daemon_of
 
 if TYPE_CHECKING:
     from drivers.registry import PlatformSection
@@ -26,21 +26,23 @@ def outputs_off(
 ) -> None:
     """Switch all outputs off and prove it, all devices at once; exit code 0 only if it is proved.
 
-    For systemd's ExecStopPost=, and by hand.  A daemon that runs is told to stop everything instead.
+    For systemd's ExecStopPost=, and by hand.  A running daemon is instructed to stop everything instead.
     """
-    section = _section(platform, overrides, endpoints)
-    from platform_daemon import supervisor
+    from platform_daemon.core.guard.emergency_off import outputs_off
 
-    if not supervisor.needs_guard(section):
+    section = _section(platform, overrides, endpoints)
+    from drivers.registry import outputs_outlive_process
+
+    if not outputs_outlive_process(section):
         print("outputs are off: simulated devices live in the process that uses them")
         return
-    running = _daemon(section)
+    running = daemon_of(section)
     if running is None:
-        supervisor.outputs_off(section)
+        outputs_off(section)
     else:
-        from platform_daemon.link import RemoteHardware
+        from platform_daemon.core.service.proxy import PlatformServiceProxy
 
-        RemoteHardware(running).outputs_off()
+        PlatformServiceProxy(running).outputs_off()
         audit_done(running, "stop", "outputs-off")
     print("outputs are off" if running is None else f"outputs are off; the daemon on {running} has stopped everything")
 
@@ -52,46 +54,32 @@ def reset_fault(
     overrides: SetOption = None,
     endpoints: EndpointsOption = None,
 ) -> None:
-    """Let power out again after an owner of the devices has died: outputs are proved off first.
+    """Reset the fault latch, so that power may go out again; all outputs are proved off first.
 
-    A daemon that runs is asked to do it.  Look at the platform first.
+    A running daemon is instructed to do it.  Look at the platform first.
     """
-    section = _section(platform, overrides, endpoints)
-    from platform_daemon import supervisor
+    from platform_daemon.core.guard.emergency_off import reset_fault
 
-    if not supervisor.needs_guard(section):
+    section = _section(platform, overrides, endpoints)
+    from drivers.registry import outputs_outlive_process
+
+    if not outputs_outlive_process(section):
         print("no fault stands: simulated devices live in the process that uses them")
         return
-    running = _daemon(section)
+    running = daemon_of(section)
     if running is None:
-        found = supervisor.reset_fault(section, by, reason)
+        found = reset_fault(section, by, reason)
         fault = None if found is None else str(found)
     else:
-        from platform_daemon.link import RemoteHardware
-        from platform_daemon.schemas import FaultUnlock
+        from platform_daemon.core.schemas.unattended import FaultUnlock
+        from platform_daemon.core.service.proxy import PlatformServiceProxy
 
-        fault = RemoteHardware(running).unlock(FaultUnlock(by=by, reason=reason)).fault
+        fault = PlatformServiceProxy(running).unlock(FaultUnlock(by=by, reason=reason)).fault
         audit_done(running, "reset_fault", f"{by}: {reason}")
     print("no fault stood" if fault is None else f"cleared by {by}: {fault}")
 
 
 def _section(platform: str, overrides: list[str] | None, endpoints: Path | None) -> PlatformSection:
-    from platform_daemon.settings import load_platform
+    from platform_daemon.core.settings import load_platform
 
     return load_platform(platform, overrides or (), endpoints).section
-
-
-def _daemon(section: PlatformSection) -> Path | None:
-    """Data folder of the daemon that owns the devices; None: nobody does.
-
-    Raises DeviceDenied for a command that does, such as `measure`.
-    """
-    from platform_daemon.supervisor import owner_of, place_of
-
-    owner = owner_of(place_of(section))
-    if owner is None or not owner.lives:
-        return None
-    if owner.data is None:
-        remedy = f"end it: Ctrl-C in its terminal, or `kill {owner.pid}`, switches its outputs off"
-        raise DeviceDenied("another program owns the devices", where="platform", why=f"it is {owner}", remedy=remedy)
-    return Path(owner.data)

@@ -10,11 +10,11 @@ from typing import Annotated
 import typer
 
 from drivers.errors import InputError
-from platform_daemon.schemas import Role
-
-from .auditing import audit_done
-from .options import ForceOption, JsonOption
-from .output import must_not_exist, write_json
+from platform_daemon.core.command_line.auditing import audit_done
+from platform_daemon.core.command_line.options import ForceOption, JsonOption
+from platform_daemon.core.command_line.output import must_not_exist, write_json
+from platform_daemon.core.command_line.terminal import print_kept_nowhere
+from platform_daemon.core.schemas.roles import Role
 
 token_app = typer.Typer(help="Tokens for the REST interface: add, list, revoke.", no_args_is_help=True)
 DataOption = Annotated[Path, typer.Option(help="Data folder of the server.")]
@@ -30,11 +30,11 @@ ExpiresOption = Annotated[
 @token_app.command("add")
 def add(name: NameArgument, role: RoleOption, expires: ExpiresOption = None, data: DataOption = Path("data")) -> None:
     """Make a token and print it; it is printed this once, and kept nowhere."""
-    from platform_daemon.store import tokens_in
+    from platform_daemon.core.state.tokens import tokens_in
 
     until = None if expires is None else _moment(expires)
     token = tokens_in(data).add(name, role, until)
-    print(token, flush=True)  # nobody can ask for it again, whatever becomes of the line in the log
+    print_kept_nowhere(token)  # first: the audit log may fail
     period = "for ever" if until is None else f"until {until.isoformat()}"
     audit_done(data, "token_add", f"{name}: {role}, {period}")
 
@@ -42,26 +42,26 @@ def add(name: NameArgument, role: RoleOption, expires: ExpiresOption = None, dat
 @token_app.command("list")
 def list_tokens(data: DataOption = Path("data"), json_file: JsonOption = None, force: ForceOption = False) -> None:
     """List the tokens by name, with role and last day."""
-    from platform_daemon.schemas import TokenRecords
-    from platform_daemon.store import has_expired, tokens_in
+    from platform_daemon.core.schemas.access import TokenRecords
+    from platform_daemon.core.state.tokens import has_expired, tokens_in
 
     must_not_exist(json_file, force, ".json")
     found = tokens_in(data).records()
+    write_json(json_file, TokenRecords(tokens=found))
     for each in found:
         until = "for ever" if each.expires is None else f"until {each.expires}"
         print(f"{each.name:20} {each.role:9} made {each.created}, {until}{' (expired)' if has_expired(each) else ''}")
     if not found:
         print("no tokens")
-    write_json(json_file, TokenRecords(tokens=found))
 
 
 @token_app.command("revoke")
 def revoke(name: NameArgument, data: DataOption = Path("data")) -> None:
     """Take a token back; a server that runs refuses it from now on."""
-    from platform_daemon.store import tokens_in
+    from platform_daemon.core.state.tokens import tokens_in
 
-    gone = tokens_in(data).revoke(name)
-    audit_done(data, "token_revoke", f"{name}: {gone.role}")
+    revoked = tokens_in(data).revoke(name)
+    audit_done(data, "token_revoke", f"{name}: {revoked.role}")
     print(f"{name} is revoked")
 
 

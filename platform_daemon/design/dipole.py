@@ -1,6 +1,6 @@
 """Two dipoles in dimensionless form: lengths in units of d, both moments 1, energies in mu_0 m_r^2 / (4 pi d^3).
 
-Everything is analytic, so that complex steps give derivatives to rounding.
+All functions are analytic, so that complex steps give derivatives to rounding error.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ Vectors = NDArray[Any]
 
 
 def dot(a: Vectors, b: Vectors) -> NDArray[Any]:
-    """Scalar products, (n,), without conjugation."""
+    """Scalar products of vectors (n, 3) without conjugation, (n,)."""
     return np.einsum("ni,ni->n", a, b)
 
 
 def cross(a: Vectors, b: Vectors) -> Vectors:
-    """Vector products, (n, 3)."""
+    """Vector products of vectors (n, 3), (n, 3)."""
     return np.cross(a, b)
 
 
 def unit(a: Vectors) -> Vectors:
-    """Vectors of length 1, (n, 3)."""
+    """Vectors (n, 3) normalised to length 1."""
     return a / np.sqrt(dot(a, a))[:, None]
 
 
@@ -48,7 +48,7 @@ def dipole_force(stator: Vectors, rotor: Vectors, place: Vectors) -> Vectors:
 
 
 def rotated(vectors: Vectors, turn: Vectors) -> Vectors:
-    """Vectors turned by rotation vectors, rad, (n, 3) both (Rodrigues)."""
+    """Vectors (n, 3) rotated by rotation vectors (n, 3), rad (Rodrigues)."""
     angle = np.sqrt(dot(turn, turn))[:, None]
     sine = np.sinc(angle / np.pi)
     half = np.sinc(angle / (2 * np.pi)) ** 2 / 2

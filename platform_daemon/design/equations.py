@@ -1,14 +1,14 @@
-"""Design equations: what magnets and bearing alone say of a resonator.  SI throughout."""
+"""Design equations of a resonator from its magnets and its bearing.  All quantities are in SI units."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-from drivers.specimen import JewelBearing, Magnets, ThreadBearing
+from drivers.specimen import JewelBearing, Magnets, Specimen, ThreadBearing
 
 VACUUM_PERMEABILITY = 1.25663706127e-6  # T m/A (CODATA 2022)
-GRAVITY = 9.81  # m/s^2; the paper's F_g of 1.08 mN does not tell it from the standard 9.80665
+GRAVITY = 9.81  # m/s^2; the paper's F_g of 1.08 mN is compatible with it and with the standard 9.80665
 PAPER_MAGNETS = Magnets(radius_m=1.5e-3, remanence_t=1.3, density_kg_per_m3=7800.0, distance_m=4.7e-3)
 """The magnets of the paper's section "Materials and sizing"."""
 PAPER_JEWEL = JewelBearing(
@@ -33,7 +33,7 @@ def magnetic_moment(magnets: Magnets) -> float:
 
 
 def moment_of_inertia(magnets: Magnets) -> float:
-    """I of the rotor, a homogeneous sphere, kg m^2: 8/15 pi rho r^5 (paper eq:fnat rests on it)."""
+    """I of the rotor, a homogeneous sphere, kg m^2: 8/15 pi rho r^5 (used in paper eq:fnat)."""
     return 8 / 15 * math.pi * magnets.density_kg_per_m3 * magnets.radius_m**5
 
 
@@ -61,7 +61,7 @@ def weight(magnets: Magnets) -> float:
 
 
 def friction_increase(cup_radius_over_r: float) -> float:
-    """Lambda: friction of a cup over that of a flat jewel, cube root of k/(k-1) for k = R/r (paper sec.
+    """Lambda: ratio of the friction in a cup to that on a flat jewel, cube root of k/(k-1) for k = R/r (paper sec.
     ssec:characteristics-of-jewel-bearings).  Raises ValueError unless k > 1; k may be infinite."""
     if not cup_radius_over_r > 1:
         raise ValueError("the cup's radius must be larger than the rotor's")
@@ -83,15 +83,18 @@ def friction_torque(magnets: Magnets, jewel: JewelBearing) -> float:
 
 
 def friction_coefficient_of(torque_nm: float, magnets: Magnets, jewel: JewelBearing) -> float:
-    """The mu with which the equations give this T_f.  Raises ValueError unless R > r."""
+    """The mu for which the equations give a T_f, N m.  Raises ValueError unless R > r."""
     return torque_nm / (3 / 16 * math.pi * contact_radius(magnets, jewel) * magnetic_force(magnets))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FrictionNumbers:
-    """Dry friction of a jewel bearing: mu; Lambda; a, m; T_f, N m; T_f/I, rad/s^2; and the quality factor at 1 rad,
-    pi m_r B_0 phi_0 / (4 T_f), which does not depend on the size (paper sup:proof_size_independence); none without
-    friction."""
+    """Dry friction of a jewel bearing.
+
+    friction_coefficient: mu; friction_increase: Lambda; contact_radius_m: a, m; friction_torque_nm: T_f, N m;
+    friction_rad_per_s2: T_f/I, rad/s^2; quality_factor_per_rad: quality factor at 1 rad, pi m_r B_0 phi_0 / (4 T_f),
+    which does not depend on the size (paper sup:proof_size_independence), None without friction.
+    """
 
     friction_coefficient: float
     friction_increase: float
@@ -101,9 +104,13 @@ class FrictionNumbers:
     quality_factor_per_rad: float | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DesignNumbers:
-    """m_r, A m^2; I, kg m^2; B_0, T; f_nat, Hz; F_m and F_g, N; the friction of a jewel bearing."""
+    """Design values of a resonator.
+
+    m_r_am2: m_r, A m^2; inertia_kg_m2: I, kg m^2; b_0_t: B_0, T; f_nat_hz: f_nat, Hz; f_m_n, f_g_n: F_m and F_g, N;
+    friction: of a jewel bearing, None for a thread.
+    """
 
     m_r_am2: float
     inertia_kg_m2: float
@@ -115,7 +122,7 @@ class DesignNumbers:
 
 
 def design_numbers(magnets: Magnets, jewel: JewelBearing | None) -> DesignNumbers:
-    """All of it.  Raises ValueError unless the rotor fits into the cup."""
+    """All design values; jewel None: a thread bearing.  Raises ValueError unless the rotor fits into the cup."""
     return DesignNumbers(
         m_r_am2=magnetic_moment(magnets),
         inertia_kg_m2=moment_of_inertia(magnets),
@@ -128,7 +135,7 @@ def design_numbers(magnets: Magnets, jewel: JewelBearing | None) -> DesignNumber
 
 
 def friction_numbers(magnets: Magnets, jewel: JewelBearing) -> FrictionNumbers:
-    """Of a cup.  Raises ValueError unless the rotor fits into it."""
+    """Dry friction in a cup.  Raises ValueError unless the rotor fits into it."""
     torque = friction_torque(magnets, jewel)
     stiffness = magnetic_moment(magnets) * stator_field(magnets)
     return FrictionNumbers(
@@ -139,3 +146,19 @@ def friction_numbers(magnets: Magnets, jewel: JewelBearing) -> FrictionNumbers:
         friction_rad_per_s2=torque / moment_of_inertia(magnets),
         quality_factor_per_rad=math.pi * stiffness / (4 * torque) if torque > 0 else None,
     )
+
+
+def expected_inertia(specimen: Specimen) -> float:
+    """Moment of inertia of the rotor, a homogeneous sphere, kg m^2: 8/15 pi rho r^5."""
+    return moment_of_inertia(specimen.magnets)
+
+
+def expected_moment(specimen: Specimen) -> float:
+    """Magnetic moment of the rotor, A m^2: measured, else of a homogeneously magnetised sphere (paper eq:m_r)."""
+    return specimen.measured.m_r_am2 or magnetic_moment(specimen.magnets)
+
+
+def expected_omega(specimen: Specimen) -> float:
+    """Natural angular frequency at small angles, rad/s: measured, else of two equal spheres (paper eq:fnat)."""
+    measured = specimen.measured.f_nat_hz
+    return 2 * math.pi * measured if measured else natural_angular_frequency(specimen.magnets)

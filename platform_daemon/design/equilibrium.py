@@ -1,9 +1,11 @@
-"""Where the rotor comes to rest in its bearing (second step of the paper's procedure), many cases at once.
+"""Equilibrium of the rotor in its bearing (second step of the paper's procedure), for many cases at once.
 
-No friction, no gravity.  A jewel leaves the rotor's orientation free, so that its moment is parallel to the field, and
-the centre rolls on a sphere: 2 degrees of freedom.  A thread is a rigid link with ball joints at both ends: 2 degrees
-of freedom of its lower end and 3 of the rotor.  Newton steps go downhill from where the rotor was without the defect;
-derivatives of forces and torques are by complex steps, exact to rounding.
+Friction and gravity are neglected.  A jewel leaves the rotor's orientation free, so that its moment is parallel to the
+field, and the centre moves on a sphere: 2 degrees of freedom.  A thread is a rigid link with ball joints at both ends:
+2 degrees of freedom of its lower end and 3 of the rotor.  The energy U(q) is minimised over these coordinates q by
+Newton steps dq = -|H|^-1 dU/dq, where |H| is the Hessian with the absolute values of its eigenvalues, so that each step
+goes downhill; the start is the position without the defect.  Derivatives of forces and torques are taken by complex
+steps, exact to rounding.
 """
 
 from __future__ import annotations
@@ -17,30 +19,30 @@ from numpy.typing import NDArray
 from .dipole import Vectors, cross, dipole_force, dot, rotated, stator_field, unit
 from .geometry import Placement, StaticResonator
 
-TOLERANCE = 1e-10  # of what is left of force and torque, where F_m at the distance of the magnets is 3
+TOLERANCE = 1e-10  # of the residual of force and torque, where F_m at the distance of the magnets is 3
 LONGEST_STEP = 0.2  # rad, round a sphere wider than d: d
-SHORTEST_STEP = 1e-9  # of the same
-# A flat jewel without tilt restores with the third power: there Newton's steps shorten by a third only, and go on until
-# the stiffness itself drowns in rounding.
+SHORTEST_STEP = 1e-9  # same unit; a smaller step ends the iteration
+# The restoring force of a flat jewel without tilt is cubic: there each Newton step is only a third shorter than the
+# last one, until the stiffness is below rounding error.
 SMALLEST_STIFFNESS = 1e-15
-STABLE = -1e-6  # stiffness of a direction that is flat but for rounding
+STABLE = -1e-6  # stiffness from which a direction counts as flat within rounding
 MOST_STEPS = 200
 _COMPLEX_STEP = 1e-30
-_LEAVES = {  # how a rotor leaves its bearing: when pushed from the stator, when further round than a quarter turn
+_LEAVES = {  # failures: the rotor is pushed away from the stator, or moves round by more than a quarter turn
     "jewel": ("the rotor would be lifted out of the cup", "the rotor would roll over the rim of the cup"),
     "thread": ("the thread would go slack", "the thread would rise above its anchor"),
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Equilibria:
-    """Where the rotor rests, lengths in d.
+    """Equilibria of n cases, lengths in d.
 
     Attributes:
-        placement: stator and bearing, and what the bearing holds where it came to rest.
+        placement: stator and bearing, with the rotor in equilibrium.
         centre: C, (n, 3), relative to the stator's centre.
         moment: unit vector of the rotor's moment, (n, 3).
-        failure: why a case has no equilibrium, "" where it has one, (n,).
+        failure: reason why a case has no equilibrium, "" where it has one, (n,).
     """
 
     placement: Placement
@@ -49,9 +51,9 @@ class Equilibria:
     failure: NDArray[np.str_]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _State:
-    """held, towards_anchor, body_axis, moment: as of a Placement."""
+    """The coordinates of n rotors; all fields as in Placement."""
 
     held: Vectors
     towards_anchor: Vectors
@@ -59,20 +61,27 @@ class _State:
     moment: Vectors
 
     def only(self, chosen: NDArray[Any]) -> _State:
-        return _State(self.held[chosen], self.towards_anchor[chosen], self.body_axis[chosen], self.moment[chosen])
+        return _State(
+            held=self.held[chosen],
+            towards_anchor=self.towards_anchor[chosen],
+            body_axis=self.body_axis[chosen],
+            moment=self.moment[chosen],
+        )
 
     def put(self, chosen: NDArray[Any], other: _State) -> None:
-        self.held[chosen], self.towards_anchor[chosen] = other.held, other.towards_anchor
-        self.body_axis[chosen], self.moment[chosen] = other.body_axis, other.moment
+        self.held[chosen] = other.held
+        self.towards_anchor[chosen] = other.towards_anchor
+        self.body_axis[chosen] = other.body_axis
+        self.moment[chosen] = other.moment
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Mechanics:
     """The bearing's geometry, and the stator of each case."""
 
     curvature: float
     arm: float
-    free: bool  # the rotor turns in its bearing as it likes
+    free: bool  # the rotor rotates freely in its bearing
     stator: Vectors
     stator_moment: Vectors
 
@@ -80,7 +89,7 @@ class _Mechanics:
         return replace(self, stator=self.stator[chosen], stator_moment=self.stator_moment[chosen])
 
     def rotor(self, state: _State) -> tuple[Vectors, Vectors]:
-        """(C relative to the stator, the rotor's moment)."""
+        """The centre C relative to the stator, and the rotor's moment; each (n, 3)."""
         centre = state.held - self.arm * state.body_axis - self.stator
         return centre, unit(stator_field(self.stator_moment, centre)) if self.free else state.moment
 
@@ -89,7 +98,7 @@ class _Mechanics:
         return -dot(moment, stator_field(self.stator_moment, centre))
 
     def slope(self, state: _State) -> Vectors:
-        """Slope of the energy along x, y, z on the sphere and, unless free, about x, y, z: (n, 3) or (n, 6)."""
+        """Gradient of the energy along x, y, z on the sphere and, unless free, about x, y, z: (n, 3) or (n, 6)."""
         centre, moment = self.rotor(state)
         force = dipole_force(self.stator_moment, moment, centre)
         tangential = force - dot(force, state.towards_anchor)[:, None] * state.towards_anchor
@@ -98,43 +107,54 @@ class _Mechanics:
         torque = cross(moment, stator_field(self.stator_moment, centre)) - self.arm * cross(state.body_axis, force)
         return np.concatenate([-tangential, -torque], axis=1)
 
-    def moved(self, state: _State, shift: Vectors, turn: Vectors) -> _State:
-        """After a shift along the sphere and a turn of the rotor."""
+    def moved(self, state: _State, *, shift: Vectors, turn: Vectors) -> _State:
+        """The state after a shift along the sphere and a rotation of the rotor, each (n, 3)."""
         length = np.sqrt(dot(shift, shift))[:, None]
         angle = self.curvature * length / np.pi
         lift = self.curvature * length**2 / 2 * np.sinc(angle / 2) ** 2
         up = state.towards_anchor
         return _State(
-            state.held + np.sinc(angle) * shift + lift * up,
-            unit(up * np.cos(np.pi * angle) - self.curvature * np.sinc(angle) * shift),
-            unit(rotated(state.body_axis, turn)),
-            unit(rotated(state.moment, turn)),
+            held=state.held + np.sinc(angle) * shift + lift * up,
+            towards_anchor=unit(up * np.cos(np.pi * angle) - self.curvature * np.sinc(angle) * shift),
+            body_axis=unit(rotated(state.body_axis, turn)),
+            moment=unit(rotated(state.moment, turn)),
         )
 
-    def nudged(self, state: _State, shift: Vectors, turn: Vectors) -> _State:
-        """The same to first order, for complex steps."""
+    def perturbed(self, state: _State, *, shift: Vectors, turn: Vectors) -> _State:
+        """The state after a shift and a rotation to first order, for complex steps."""
         return _State(
-            state.held + shift,
-            state.towards_anchor - self.curvature * shift,
-            state.body_axis + cross(turn, state.body_axis),
-            state.moment + cross(turn, state.moment),
+            held=state.held + shift,
+            towards_anchor=state.towards_anchor - self.curvature * shift,
+            body_axis=state.body_axis + cross(turn, state.body_axis),
+            moment=state.moment + cross(turn, state.moment),
         )
 
 
 def equilibria(resonator: StaticResonator, start: Placement) -> Equilibria:
-    """Where the rotor comes to rest in each case of a placement."""
+    """The equilibrium of each of the n cases of a placement."""
     n = start.held.shape[0]
     mechanics = _Mechanics(
-        resonator.curvature, resonator.arm, resonator.bearing == "jewel", start.stator, start.stator_moment
+        curvature=resonator.curvature,
+        arm=resonator.arm,
+        free=resonator.bearing == "jewel",
+        stator=start.stator,
+        stator_moment=start.stator_moment,
     )
-    state = _State(start.held.copy(), start.towards_anchor.copy(), start.body_axis.copy(), start.moment.copy())
+    state = _State(
+        held=start.held.copy(),
+        towards_anchor=start.towards_anchor.copy(),
+        body_axis=start.body_axis.copy(),
+        moment=start.moment.copy(),
+    )
     todo = np.arange(n)
     longest = np.full(n, LONGEST_STEP)
     for _ in range(MOST_STEPS):
-        here, now = mechanics.only(todo), state.only(todo)
+        here = mechanics.only(todo)
+        now = state.only(todo)
         slope, basis = _slope(here, now)
         step = _step(slope, _stiffness(here, now, basis), longest[todo])
-        new = here.moved(now, *_as_vectors(step, basis))
+        shift, turn = _as_vectors(step, basis)
+        new = here.moved(now, shift=shift, turn=turn)
         lower = here.energy(new) <= here.energy(now) + 1e-13
         longest[todo] *= np.where(lower, np.minimum(2.0, LONGEST_STEP / longest[todo]), 0.25)
         state.put(todo[lower], new.only(lower))
@@ -149,19 +169,21 @@ def equilibria(resonator: StaticResonator, start: Placement) -> Equilibria:
         moment=state.moment,
     )
     centre, moment = mechanics.rotor(state)
-    return Equilibria(rested, centre, moment, _failures(resonator, mechanics, start, state))
+    failure = _failures(resonator, mechanics, start, state)
+    return Equilibria(placement=rested, centre=centre, moment=moment, failure=failure)
 
 
 def _tangents(normal: Vectors, length: float) -> Vectors:
-    """Two vectors of a length across each normal and each other, (n, 2, 3)."""
+    """Two vectors of a length, perpendicular to each normal and to each other, (n, 2, 3)."""
     first = unit(cross(np.tile([0.0, 1.0, 0.0], (normal.shape[0], 1)) + 0.1 * np.roll(normal, 1, axis=1), normal))
     return length * np.stack([first, cross(normal, first)], axis=1)
 
 
 def _slope(mechanics: _Mechanics, state: _State) -> tuple[NDArray[Any], Vectors]:
-    """Slope in the degrees of freedom, (n, 2) or (n, 5), and the tangents that the first two are along.
+    """Gradient in the degrees of freedom, (n, 2) or (n, 5), and the tangents of the first two, (n, 2, 3).
 
-    They count in d, on a sphere of less than that radius in rad: a tight cup has the same numbers as a wide one.
+    The first two coordinates are lengths in d, or angles in rad on a sphere of a smaller radius, so that a tight cup
+    and a wide one have numbers of the same size.
     """
     basis = _tangents(state.towards_anchor, 1 / max(1.0, mechanics.curvature))
     return _in_degrees_of_freedom(mechanics.slope(state), basis), basis
@@ -178,20 +200,21 @@ def _as_vectors(step: NDArray[Any], basis: Vectors) -> tuple[Vectors, Vectors]:
 
 
 def _stiffness(mechanics: _Mechanics, state: _State, basis: Vectors) -> NDArray[np.float64]:
-    """Second derivatives of the energy, (n, k, k); symmetric at rest, and made so on the way."""
+    """Second derivatives of the energy, (n, k, k), symmetrised; in equilibrium they are symmetric."""
     count = 2 if mechanics.free else 5
     columns = []
     for k in range(count):
         step = np.zeros((basis.shape[0], count), complex)
         step[:, k] = _COMPLEX_STEP * 1j
-        slope = mechanics.slope(mechanics.nudged(state, *_as_vectors(step, basis)))
+        shift, turn = _as_vectors(step, basis)
+        slope = mechanics.slope(mechanics.perturbed(state, shift=shift, turn=turn))
         columns.append(_in_degrees_of_freedom(slope, basis).imag / _COMPLEX_STEP)
     matrix = np.stack(columns, axis=2)
     return (matrix + matrix.transpose(0, 2, 1)) / 2
 
 
 def _step(slope: NDArray[Any], stiffness: NDArray[np.float64], longest: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Newton's step, downhill in every direction, at most so long."""
+    """Newton's step (n, k), downhill in every direction and limited to `longest` (n,)."""
     values, vectors = np.linalg.eigh(stiffness)
     along = np.einsum("nij,ni->nj", vectors, slope)
     step = -np.einsum("nij,nj->ni", vectors, along / np.maximum(np.abs(values), SMALLEST_STIFFNESS))

@@ -1,9 +1,9 @@
-"""What stands where, with a defect and before the rotor has moved (paper fig:math_description_angle_defects).
+"""Geometry of a resonator with a defect, before the rotor has moved (paper fig:math_description_angle_defects).
 
-Conventions: the stator's moment is along y, the rotor's opposite, the axis of the bearing is z.  The anchor A is above
-the rotor for both bearings: centre of the cup at (0, 0, d + R - r), end of the thread at (0, 0, d + r + l).  What the
-bearing holds moves on a sphere about A: the rotor's centre C on radius R - r, the end of the thread, which is a point
-of the rotor's surface, on radius l.  Tilts are about x.
+Conventions: the stator's moment is along y, the rotor's is opposite, the axis of the bearing is z.  The anchor A is
+above the rotor for both bearings: centre of the cup at (0, 0, d + R - r), end of the thread at (0, 0, d + r + l).  The
+point that the bearing holds moves on a sphere about A: the rotor's centre C on radius R - r, the end of the thread,
+which is a point of the rotor's surface, on radius l.  Tilts are about x.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ TIGHTEST = 1e7  # in 1/d, of the sphere on which the bearing lets the rotor move
 
 @dataclass(frozen=True)
 class StaticResonator:
-    """What the static analysis takes of a resonator; lengths in m, remanence in T.
+    """The parameters of a resonator for the static analysis; lengths in m, remanence in T.
 
     span_m: radius R of the cup, or length l of the thread from anchor to surface; infinite: flat jewel, or a thread
-    that does not tilt.  Raises ValueError where there is no such resonator.
+    that does not tilt.  Raises ValueError for impossible dimensions.
     """
 
     bearing: Bearing
@@ -58,20 +58,20 @@ class StaticResonator:
 
     @property
     def curvature(self) -> float:
-        """Of the sphere about A, in 1/d."""
+        """Curvature of the sphere about A, in 1/d."""
         return self.distance_m / (self.span_m - (self.radius_m if self.bearing == "jewel" else 0.0))
 
     @property
     def arm(self) -> float:
-        """From C to what the bearing holds, in d: r for the thread, 0 for the jewel."""
+        """Distance from C to the point that the bearing holds, in d: r for the thread, 0 for the jewel."""
         return self.radius_m / self.distance_m if self.bearing == "thread" else 0.0
 
 
 @dataclass(frozen=True)
 class DefectKind:
-    """A defect without its size.
+    """A defect, without its size.
 
-    pivot: about what a jewel is tilted; direction: of a lateral displacement, along or across the magnetisation.
+    pivot: point about which a jewel is tilted; direction: of a lateral displacement, along or across the magnetisation.
     Raises ValueError for a defect that the bearing cannot have.
     """
 
@@ -87,11 +87,14 @@ class DefectKind:
             raise ValueError("the rotor of a jewel bearing is attached to nothing and aligns itself with the field")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Placement:
-    """Where everything is, lengths in d, each (n, 3): stator and its moment, what the bearing holds with the unit
-    vector from it towards A, the body's axis from C to that point and the rotor's moment (both of a thread bearing: in
-    a jewel they are free), and the axis of the bearing by a point and a direction."""
+    """Positions and directions of n cases, lengths in d, each (n, 3).
+
+    stator, stator_moment: of the stator; held: the point that the bearing holds; towards_anchor: unit vector from there
+    to A; body_axis: unit vector from C to that point, moment: of the rotor (both of a thread bearing; in a jewel they
+    are free); axis_point, axis: a point on the axis of the bearing, and its direction.
+    """
 
     stator: Vectors
     stator_moment: Vectors
@@ -104,11 +107,17 @@ class Placement:
 
 
 def placement(resonator: StaticResonator, kind: DefectKind, sizes: NDArray[np.float64]) -> Placement:
-    """With the defect, the rotor still where it was in its bearing.  `sizes`: (n,), rad of a tilt, d of a shift."""
+    """The placement with the defect, the rotor at its position without defect; sizes: (n,), rad of a tilt, d of a
+    shift."""
     n = sizes.size
     x, y, z = (np.tile(e, (n, 1)) for e in (X, Y, Z))
-    none, turn = np.zeros((n, 3)), sizes[:, None] * x
-    stator, stator_moment, rotor_moment, axis_point, axis = none, y, -y, none, z
+    none = np.zeros((n, 3))
+    turn = sizes[:, None] * x
+    stator = none
+    stator_moment = y
+    rotor_moment = -y
+    axis_point = none
+    axis = z
     held = (1 + resonator.arm) * z
     if kind.defect == "stator_tilt":
         stator_moment = rotated(y, turn)
@@ -117,10 +126,19 @@ def placement(resonator: StaticResonator, kind: DefectKind, sizes: NDArray[np.fl
     elif kind.defect == "lateral":
         stator = sizes[:, None] * (y if kind.direction == "along" else x)
     else:
-        pivot = _pivot_height(resonator, kind.pivot) * z
+        axis_point = _pivot_height(resonator, kind.pivot) * z
         axis = rotated(z, turn)
-        held, axis_point = pivot + rotated(held - pivot, turn), pivot
-    return Placement(stator, stator_moment, held, axis, z, rotor_moment, axis_point, axis)
+        held = axis_point + rotated(held - axis_point, turn)
+    return Placement(
+        stator=stator,
+        stator_moment=stator_moment,
+        held=held,
+        towards_anchor=axis,
+        body_axis=z,
+        moment=rotor_moment,
+        axis_point=axis_point,
+        axis=axis,
+    )
 
 
 def _pivot_height(resonator: StaticResonator, pivot: Pivot) -> float:

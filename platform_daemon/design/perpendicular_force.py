@@ -18,28 +18,33 @@ CASES_AT_ONCE = 20_000  # bounds the memory of a sweep
 
 
 class NoEquilibrium(ValueError):
-    """The rotor comes to rest nowhere; `size`: of the first such defect, rad or m; `reason`: what would happen."""
+    """The rotor has no equilibrium.
+
+    size: of the first such defect, rad or m; reason: what would happen to the rotor.
+    """
 
     def __init__(self, size: float, reason: str) -> None:
         super().__init__(reason)
-        self.size, self.reason = size, reason
+        self.size = size
+        self.reason = reason
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class StaticAnalysis:
-    """A defect of n sizes, each at k deflections.  The axis of the bearing without defect is z, lengths are in m.
+    """Results for n sizes of a defect, each at k deflections.  The axis of the bearing without defect is z, lengths are
+    in m.
 
     Attributes:
-        size: of the defect, rad of a tilt, m of a displacement, (n,).
-        deflection_rad: phi, about the new axis from the new position of rest, (k,).
-        centre_m: C, centre of the rotor at rest, (n, 3).
-        displacement_m: |dy_C|, distance of C from the axis of the bearing (of a tilted jewel: from its own), (n,).
-        axis: unit vector of the new axis, from C towards the anchor A, (n, 3).
-        moment: unit vector of the rotor's moment at rest, (n, 3).
-        alpha_rad: angle between the axis and the moment; without defect 90 deg, (n,).
-        reference_point_m: D, where the axis leaves the rotor at the bearing, (n, 3).
-        force_n, torque_nm: on the rotor at C, by the stator, (n, k, 3).
-        perpendicular_force_n: F_perp = |M_D,perp| / r, (n, k).
+    size: of the defect, rad of a tilt, m of a displacement, (n,).
+    deflection_rad: phi, about the new axis from the new position of rest, (k,).
+    centre_m: C, centre of the rotor at rest, (n, 3).
+    displacement_m: |dy_C|, distance of C from the axis of the bearing (of a tilted jewel: from its own), (n,).
+    axis: unit vector of the new axis, from C towards the anchor A, (n, 3).
+    moment: unit vector of the rotor's moment at rest, (n, 3).
+    alpha_rad: angle between the axis and the moment; 90 deg without defect, (n,).
+    reference_point_m: D, where the axis leaves the rotor at the bearing, (n, 3).
+    force_n, torque_nm: on the rotor at C, by the stator, (n, k, 3).
+    perpendicular_force_n: F_perp = |M_D,perp| / r, (n, k).
     """
 
     size: NDArray[np.float64]
@@ -58,7 +63,10 @@ class StaticAnalysis:
 def static_analysis(
     resonator: StaticResonator, kind: DefectKind, sizes: Sequence[float], deflections_rad: Sequence[float]
 ) -> StaticAnalysis:
-    """All sizes of a defect (rad, or m of a displacement) at all deflections, rad.  Raises NoEquilibrium."""
+    """The results for all sizes of a defect, rad or m of a displacement, at all deflections, rad.
+
+    Raises NoEquilibrium for the first size at which the rotor has no equilibrium.
+    """
     size, phi = np.asarray(sizes, float), np.asarray(deflections_rad, float)
     d, r = resonator.distance_m, resonator.radius_m
     found = equilibria(resonator, placement(resonator, kind, size / d if kind.defect == "lateral" else size))
@@ -103,7 +111,7 @@ def _new_axis(resonator: StaticResonator, found: Equilibria) -> Vectors:
 def _loads(
     found: Equilibria, axis: Vectors, outwards: Vectors, phi: NDArray[np.float64], radius: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Steps four to six: (force, torque) about C, (n, k, 3), and F_perp, (n, k); dimensionless, `radius` in d."""
+    """Steps four to six: force and torque about C, (n, k, 3), and F_perp, (n, k); dimensionless, radius: r in d."""
     n, k = axis.shape[0], phi.size
     force, torque, perpendicular = np.empty((n, k, 3)), np.empty((n, k, 3)), np.empty((n, k))
     rows = max(1, CASES_AT_ONCE // max(k, 1))

@@ -5,7 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from platform_daemon.schemas import (
+from platform_daemon.core.schemas.fits import FileDigest
+from platform_daemon.diagnosis.diagnose import Diagnosis
+from platform_daemon.diagnosis.findings.accepted_effects import AcceptedEffect
+from platform_daemon.diagnosis.findings.missing_torque import MissingTorque
+from platform_daemon.diagnosis.findings.moving_parameters import MovingParameter as MovedParameter
+from platform_daemon.diagnosis.regression.parameters import Mean
+from platform_daemon.diagnosis.report_schema import (
     DataDefectReport,
     DiagnosisReport,
     EffectDetail,
@@ -17,26 +23,34 @@ from platform_daemon.schemas import (
     NamedEffect,
     NextMeasurement,
     ParameterTrace,
+    RecordedSources,
     TentativeEffect,
     TriedEffect,
     UnexplainedRest,
     WindowDisagreement,
 )
-
-from .diagnose import Diagnosis
-from .findings.accepted_effects import AcceptedEffect
-from .findings.missing_torque import MissingTorque
-from .findings.moving_parameters import MovingParameter as MovedParameter
-from .regression.parameters import Mean
-from .selection.significance import chance
-from .selection.stepwise import CandidateTest
-from .shots.shot import DiagnosisShot
-
-_RANKED = 40
+from platform_daemon.diagnosis.selection.significance import chance
+from platform_daemon.diagnosis.selection.stepwise import CandidateTest
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
 
 
-def diagnosis_report(found: Diagnosis) -> DiagnosisReport:
-    """The fixed report, without the files, which the diagnosis does not know."""
+def diagnosis_report(
+    found: Diagnosis,
+    *,
+    files: Sequence[str] | None = None,
+    recordings: Sequence[FileDigest] | None = None,
+    value_sources: Sequence[RecordedSources] = (),
+    seconds: float | None = None,
+) -> DiagnosisReport:
+    """The report as it is written to JSON.
+
+    Args:
+        found: the diagnosis.
+        files, recordings: names and digests of the files that were read; None if there are none.
+        value_sources: where the values of these files come from, as far as it is known.
+        seconds: wall time to be reported, s; None: that of the diagnosis.
+    """
     return DiagnosisReport(
         verdict=found.verdict,
         effects=tuple(_effect(n, found.shots[0]) for n in found.named),
@@ -53,20 +67,23 @@ def diagnosis_report(found: Diagnosis) -> DiagnosisReport:
             NextMeasurement(what=p.measurement.what, separates=p.separates, expected_sigma=p.expected_sigma)
             for p in found.next_measurements
         ),
-        seconds=found.seconds,
+        seconds=found.seconds if seconds is None else seconds,
         model=found.model.name,
         scatter={n: m.scatter for n, m in found.parameters_after.items()},
-        ranking=tuple(map(_tried, found.found.tried[:_RANKED])),
+        ranking=tuple(map(_tried, found.found.tried[: THRESHOLDS.findings.ranked_candidates])),
         left_over=UnexplainedRest(gain=found.found.omnibus_test.excess, p_value=found.found.omnibus_test.p_value),
         notes=found.notes,
         where=tuple(map(_moving, found.moving)) or None,
         tentative=_tentative(found) or None,
         model_after=model_in_words(found.model.name, after_effects(found)),
+        files=None if files is None else tuple(files),
+        value_sources=tuple(value_sources) or None,
+        recordings=None if recordings is None else tuple(recordings),
     )
 
 
 def after_effects(found: Diagnosis) -> tuple[NamedEffect, ...]:
-    """Of the model that is called "after", accepted or not."""
+    """Effects of the final model, accepted or not."""
     named = found.named if found.verdict != "unexplained" else (*found.tentative_after, *found.named)
     return tuple(_effect(n, found.shots[0]) for n in named)
 
@@ -88,7 +105,7 @@ def _held_out(found: Diagnosis) -> HeldOutErrors:
         nrmse_after=after.nrmse if after.dof else None,
         chi2_per_dof_before=before.chi2_per_dof if before.dof else None,
         chi2_per_dof_after=after.chi2_per_dof if after.dof else None,
-        n_shots=len(found.final.started),
+        n_shots=len(found.final.prepared),
     )
 
 
@@ -98,7 +115,7 @@ def _means(means: dict[str, Mean]) -> dict[str, MeanParameter]:
 
 def _effect(named: AcceptedEffect, shot: DiagnosisShot) -> NamedEffect:
     c = named.candidate
-    # What stands beside the signal is in the record's unit, what depends on the size of volts in the digitiser's.
+    # Additive effects have the unit of the record, the compression has that of the digitiser's samples.
     in_units = {"A m^2/s": shot.unit, "1/V^2": f"1/{shot.volts}^2"}
     unit = in_units.get(c.effect.unit, c.effect.unit)
     others = dict.fromkeys(r.candidate.effect.id for r in named.confounders)
@@ -118,9 +135,14 @@ def _detail(named: AcceptedEffect) -> EffectDetail:
     d, c = named.candidate.detail, named.candidate
     scales = () if c.term is None or not c.hidden else zip(c.term.coefficients[1:], c.hidden, strict=True)
     return EffectDetail(
-        axis=d.axis, frequency_hz=d.frequency_hz, tau_s=d.tau_s, sample=d.sample, source=d.start, target=d.end,
+        axis=d.axis,
+        frequency_hz=d.frequency_hz,
+        tau_s=d.tau_s,
+        sample=d.sample,
+        source=d.start,
+        target=d.end,
         **{coefficient.name: value for coefficient, value in scales},
-    )  # fmt: skip
+    )
 
 
 def _tried(tried: CandidateTest) -> TriedEffect:

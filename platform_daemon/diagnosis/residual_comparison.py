@@ -1,4 +1,4 @@
-"""What is left over before and after a diagnosis, for pictures and tables."""
+"""Residuals with the declared model and with the named effects, for figures and tables."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation import SlidingFit
+from platform_daemon.estimation.sliding_window import SlidingFit
 
 from .diagnose import Diagnosis
 from .findings.residual_analysis import (
@@ -20,8 +20,7 @@ from .findings.residual_analysis import (
 )
 from .shots.shot import PreparedShot
 from .shots.thread_pool import shot_pool
-
-_FEWEST_WINDOWS = 3  # that can be flat or not
+from .thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class SlidingComparison:
     after: SlidingFit
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MeasuredShot:
     """How a shot was measured: window in s, sampling rate in Hz, where its noise comes from, the noise's median
     standard deviation per sample in the record's unit."""
@@ -67,7 +66,7 @@ class ResidualComparison:
 
 
 def compare_residuals(found: Diagnosis) -> ResidualComparison:
-    """Takes about a second: fits of sliding windows and of every shot."""
+    """Analyse the residuals before and after; the fits of sliding windows take about a second."""
     before, after = found.found.base, found.final
     typical = typical_shot(before)
     with shot_pool() as pool:
@@ -79,15 +78,15 @@ def compare_residuals(found: Diagnosis) -> ResidualComparison:
         unit=found.shots[0].unit,
         f_nat_hz=float(np.mean([s.dynamics.w for s in before.states])) / (2.0 * math.pi),
         shots=pairs,
-        sliding=_sliding(before.started[typical].shot.name, *slides),
+        sliding=_sliding(before.prepared[typical].shot.name, *slides),
         scatter_before=courses[0],
         scatter_after=courses[1],
-        measured=tuple(map(_measured, after.started)),
+        measured=tuple(map(_measured, after.prepared)),
     )
 
 
 def _sliding(shot: str, before: SlidingFit | None, after: SlidingFit | None) -> SlidingComparison | None:
-    if before is None or after is None or len(before.windows) < _FEWEST_WINDOWS:
+    if before is None or after is None or len(before.windows) < THRESHOLDS.findings.fewest_windows:
         return None
     return SlidingComparison(shot, before, after)
 
@@ -95,4 +94,6 @@ def _sliding(shot: str, before: SlidingFit | None, after: SlidingFit | None) -> 
 def _measured(prepared: PreparedShot) -> MeasuredShot:
     shot, time = prepared.shot, prepared.time_s
     window_s, noise_sd = float(time[-1] - time[0]), float(np.median(shot.noise.sd))
-    return MeasuredShot(shot.name, window_s, shot.rate_hz, shot.noise.source, noise_sd)
+    return MeasuredShot(
+        name=shot.name, window_s=window_s, rate_hz=shot.rate_hz, noise_source=shot.noise.source, noise_sd=noise_sd
+    )

@@ -3,15 +3,35 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
+from numba.core import config
 
 from .fit import fit_ring_down
+from .moments.tabulated import collect_half_cycles
 from .noise.model import NoiseModel
+from .physics.trajectory.basis_functions import fill_basis
+from .physics.trajectory.direct_chain import trace_half_cycles
+from .physics.trajectory.half_cycle_chain import walk_half_cycles
+from .physics.trajectory.half_cycle_table import build_table
 from .record import RingDownRecord
 
 _RATE_HZ = 8000.0
 _SAMPLES = 1200
+_KERNELS = (build_table, walk_half_cycles, collect_half_cycles, trace_half_cycles, fill_basis)
+COMPILING = "compiling the fit, once for each installation: about half a minute on an idle computer"
+
+
+def is_compiled() -> bool:
+    """Whether the kernels that take longest to compile are loaded or in numba's cache."""
+    return config.DISABLE_JIT or all(kernel.signatures or _is_cached(kernel) for kernel in _KERNELS)
+
+
+def _is_cached(kernel: Any) -> bool:
+    # numba has no public way to look into its cache; its index is empty where any source of the kernels has changed.
+    cache_file = getattr(kernel._cache, "_cache_file", None)  # noqa: SLF001
+    return cache_file is not None and bool(cache_file._load_index())  # noqa: SLF001
 
 
 def warm_up() -> float:

@@ -27,11 +27,9 @@ from .physics.quality import decay_time_s
 from .physics.ring_down import RingDown
 from .physics.rotation import rotation_from_rodrigues
 from .screening.screening import refuse_few_periods, refuse_few_samples, refuse_slow_sampling
+from .thresholds import THRESHOLDS
 
-_PER_PERIOD = 64.0  # enough for every harmonic that matters; more samples only add up
-_N50_S = 0.24
-_MOST_SAMPLES = 4_000_000  # three arrays of 32 MB; 100 s of 600 Hz
-_LARGEST_CONDITION = 1e12  # of the scaled Fisher matrix: beyond it nothing is determined
+LIMITS = THRESHOLDS.cramer_rao
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,7 @@ class MeasurementPlan:
     fixed: tuple[str, ...] = field(default=())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Precision:
     """The smallest standard deviations a window allows.
 
@@ -90,24 +88,24 @@ def predict_precision(plan: MeasurementPlan, window_s: float) -> Precision:
     free = free_mask(ring_down.model, state.size, plan.fixed)
     normal = _expected_normal_equations(plan, ring_down.model, state, window_s)
     internal, condition = covariance(normal, free)
-    if not condition < _LARGEST_CONDITION:
+    if not condition < LIMITS.largest_condition:
         raise ValueError("the window does not determine all parameters: lengthen it, or fix one")
     turned = np.cumsum(free)[_rotation_places(state)] - 1
     angle = math.sqrt(float(np.trace(internal[np.ix_(turned, turned)])))
     public = propagate_to_public(ring_down.model, state, normal, free)
     sd = dict(zip(public.names, np.sqrt(np.diag(public.covariance)).tolist(), strict=True))
-    return Precision(window_s, sd, angle, public.names, public.covariance)
+    return Precision(window_s=window_s, sd=sd, orientation_rad=angle, names=public.names, covariance=public.covariance)
 
 
 def _expected_normal_equations(
     plan: MeasurementPlan, model: RingDownModel, state: FitState, window_s: float
 ) -> NormalEquations:
     """Normal equations of a record that has this very state; its matrix is the Fisher matrix."""
-    rate = min(plan.sampling_rate_hz, _PER_PERIOD * plan.parameters["f_nat_hz"])
+    rate = min(plan.sampling_rate_hz, LIMITS.samples_per_period * plan.parameters["f_nat_hz"])
     samples = max(2, round(window_s * rate))
-    if samples > _MOST_SAMPLES:
+    if samples > LIMITS.most_samples:
         raise ValueError(
-            f"the window holds {samples} samples, of which at most {_MOST_SAMPLES} are computed: shorten it"
+            f"the window holds {samples} samples, of which at most {LIMITS.most_samples} are computed: shorten it"
         )
     nothing, observable = np.zeros((3, samples)), state.observation.observable
     moments = Workspace(model).moments(state.dynamics, nothing, 0, samples, window_s / samples, observable)
@@ -130,9 +128,9 @@ def planned_window_s(plan: MeasurementPlan, window: str | float) -> float:
     if not isinstance(window, str):
         return float(window)
     if window == "n50":
-        return _N50_S
+        return THRESHOLDS.screening.n50_s
     if window == "d30":
-        return decay_time_s(RingDown.from_parameters(plan.variant, plan.parameters), 0.3)
+        return decay_time_s(RingDown.from_parameters(plan.variant, plan.parameters))
     raise ValueError(f"window must be 'n50', 'd30' or seconds, not {window!r}")
 
 

@@ -27,4 +27,6 @@ class RefusedError(Exception):
 
     def __init__(self, code: Refusal, seen: str, advice: str = "") -> None:
         super().__init__(f"{code.name.lower()}: {seen}; {advice or code.value}")
-        self.code, self.seen, self.advice = code, seen, advice
+        self.code = code
+        self.seen = seen
+        self.advice = advice

@@ -30,11 +30,12 @@ class FitResult:
 
     Attributes:
         verdict: "good" or "refused"; refused results carry no numbers.
-        reason: why it was refused, beginning with the code's name; code: the code itself; both None if good.
+        reason: why it was refused, beginning with the code's name; None if good.
+        code: the code of the refusal; None if good.
         warnings: named doubts about a good result.
-        notes: what was done differently from what was asked.
+        notes: where the fit differs from the request.
         parameters: estimates by public name (PARAMETER_NAMES); what the model lacks is absent.
-        covariance: (k, k), order covariance_names: the free parameters only.
+        covariance: (k, k), order covariance_names: the free parameters only; its diagonal is std * std exactly.
         r2, nrmse: pooled over channels without weights; nrmse = rms residual / rms signal.
         chi2_per_dof, chi2_per_dof_by_channel: against the independently measured noise.
         whiteness_by_channel: spectral flatness of the residual up to ten times the fundamental, against the colour of

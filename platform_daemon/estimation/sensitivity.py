@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from .numerics.arrays import Array
+from .thresholds import THRESHOLDS
 
-_LARGEST_CONDITION = 1e8
+LIMITS = THRESHOLDS.calibration
 
 
 class CalibrationError(ValueError):
@@ -32,7 +33,7 @@ def inverse_sensitivity(sensitivity: Array, channels: int) -> Array:
     if not np.all(np.isfinite(p)):
         raise CalibrationError("sensitivity contains NaN or infinity")
     singular = np.linalg.svd(p, compute_uv=False)
-    if singular.size < 3 or singular[2] <= singular[0] / _LARGEST_CONDITION:
+    if singular.size < 3 or singular[2] <= singular[0] / LIMITS.largest_condition:
         raise CalibrationError(
             "sensitivity is singular: its rows do not span the three world axes (singular values "
             + ", ".join(f"{s:.3g}" for s in singular)

@@ -20,27 +20,28 @@ from .numerics.arrays import Array
 from .physics.models import RingDownModel
 from .record import RingDownRecord
 from .result import FitResult
+from .thresholds import THRESHOLDS
+
+LIMITS = THRESHOLDS.screening
 
 LambdaMode = Literal["auto", "free", "fixed"]
 CONSTANTS = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
 _LAMBDA = "lambda_per_s"
-_WINDOWS_PER_DECAY = 8.0
-_FEWEST_PERIODS = 24.0
 
 
 class ReferenceRefusedError(ValueError):
     """The D30 fit, from which the length of the windows was to be taken, was refused."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SlidingBounds:
-    """So many windows at most, and so many samples in all of them together, which is what time goes by."""
+    """The most windows that are fitted, and the most samples in all of them together, which set the computing time."""
 
     windows: int
     samples: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class WindowFit:
     """The fit of one window.
 
@@ -61,7 +62,7 @@ class WindowFit:
         return 0.5 * (self.start_s + self.end_s)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Flatness:
     """Do the windows agree on one value?
 
@@ -81,7 +82,7 @@ class Flatness:
     windows: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SlidingFit:
     """Windows along one ring-down, and the D30 fit of the same record that they are compared with."""
 
@@ -142,10 +143,10 @@ def fit_sliding(
         window_s: length of the windows; None: an eighth of the D30 window, at least 24 periods.
         step_s: from window to window; None: the length of a window, so that they do not overlap.
         lambda_mode: what to do with lambda where friction is fitted too. "auto": held at the D30 fit's value in those
-            windows that cannot tell it from the friction; "free", "fixed": in none, in all.
+            windows that cannot separate it from the friction; "free", "fixed": in none, in all.
         noise: measured elsewhere; None: from the record itself.
         fixed: parameters held in all windows, by name.
-        bounds: how much it may be; None: as much as is asked for.
+        bounds: the most windows and samples that are fitted; None: no bound.
 
     Raises:
         ValueError: lengths that are not positive or longer than the record, more windows than the bounds allow, an
@@ -161,8 +162,11 @@ def fit_sliding(
     step = length if step_s is None else step_s
     held = _held(reference, lambda_mode)
     spans = _spans(record, length, step, bounds)
-    windows = tuple(_fit_window(record, variant, *span, noise, held, always, lambda_mode) for span in spans)
-    return SlidingFit(length, step, reference, windows)
+    windows = tuple(
+        _fit_window(record, variant, first=first, last=last, noise=noise, held=held, always=always, mode=lambda_mode)
+        for first, last in spans
+    )
+    return SlidingFit(window_s=length, step_s=step, reference=reference, windows=windows)
 
 
 def _noise(record: RingDownRecord) -> NoiseModel | None:
@@ -173,8 +177,8 @@ def _noise(record: RingDownRecord) -> NoiseModel | None:
 def _length(reference: FitResult) -> float:
     if reference.window_s is None:
         raise ReferenceRefusedError(f"the D30 fit was refused ({reference.reason})")
-    shortest = _FEWEST_PERIODS / reference.parameters["f_nat_hz"].value
-    return max(reference.window_s / _WINDOWS_PER_DECAY, shortest)
+    shortest = LIMITS.sliding_fewest_periods / reference.parameters["f_nat_hz"].value
+    return max(reference.window_s / LIMITS.sliding_windows_per_decay, shortest)
 
 
 def _spans(
@@ -194,7 +198,7 @@ def _spans(
 
 
 def _held(reference: FitResult, mode: LambdaMode) -> dict[str, float]:
-    """lambda of the reference, if there is friction beside it that could hide it."""
+    """lambda of the reference, if there is friction too, which could hide it."""
     losses = () if reference.fitted is None else reference.fitted.model.losses
     if mode == "free" or _LAMBDA not in losses or len(losses) < 2:
         return {}
@@ -204,6 +208,7 @@ def _held(reference: FitResult, mode: LambdaMode) -> dict[str, float]:
 def _fit_window(
     record: RingDownRecord,
     variant: str | RingDownModel,
+    *,
     first: int,
     last: int,
     noise: NoiseModel | None,
@@ -215,13 +220,17 @@ def _fit_window(
     cut = RingDownRecord(
         record.samples[:, first:last], record.sampling_rate_hz, record.quantity, full_scale=record.full_scale
     )
-    span = first * record.dt_s, last * record.dt_s
     seconds = (last - first) * record.dt_s
     fixed, hold_if_inseparable = (always | held, None) if mode == "fixed" else (always, held)
     fit = fit_ring_down(
         cut, variant, seconds, noise=noise, fixed=fixed or None, hold_if_inseparable=hold_if_inseparable
     )
-    return WindowFit(*span, fit, lambda_fixed=fit.is_fixed(_LAMBDA) or (mode == "fixed" and bool(held)))
+    return WindowFit(
+        start_s=first * record.dt_s,
+        end_s=last * record.dt_s,
+        fit=fit,
+        lambda_fixed=fit.is_fixed(_LAMBDA) or (mode == "fixed" and bool(held)),
+    )
 
 
 def _columns(windows: tuple[WindowFit, ...], name: str) -> tuple[Array, Array, Array]:

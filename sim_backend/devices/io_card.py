@@ -26,11 +26,14 @@ class SimulatedIoCard:
     def __init__(self, world: World, table: IoCardTable) -> None:
         self._world = world
         self._clock = SampleClock(table.base_frequency_hz, table.decimation)
-        self._max_samples, self._step, self._step_v = table.max_samples, table.step_samples, table.output_step_v
+        self._max_samples = table.max_samples
+        self._step = table.step_samples
+        self._step_v = table.output_step_v
         self._lock = threading.RLock()
         self._state = CardState.IDLE
         self._timeline: Timeline | None = None
-        self._start_s, self._next = 0.0, 0
+        self._start_s = 0.0
+        self._next = 0
         self._cancelled = threading.Event()
 
     def identity(self) -> Identity:
@@ -69,7 +72,8 @@ class SimulatedIoCard:
         with self._lock:
             require(self._state, CardState.IDLE, CardState.PROGRAMMED, where=WHERE)
             self._check(timeline)
-            self._timeline, self._state = timeline, CardState.PROGRAMMED
+            self._timeline = timeline
+            self._state = CardState.PROGRAMMED
 
     def arm(self) -> None:
         """See IoCard."""
@@ -83,11 +87,12 @@ class SimulatedIoCard:
             require(self._state, CardState.ARMED, where=WHERE)
             assert self._timeline is not None
             self._cancelled = threading.Event()
-            self._start_s, self._next = self._world.start(self._played(self._timeline)), 0
+            self._start_s = self._world.start(self._quantised(self._timeline))
+            self._next = 0
             self._state = CardState.RUNNING
 
-    def _played(self, timeline: Timeline) -> Timeline:
-        """With the amplitudes that the card's registers can hold."""
+    def _quantised(self, timeline: Timeline) -> Timeline:
+        """The timeline with the amplitudes rounded to the steps of the card's registers."""
         if not self._step_v:
             return timeline
         nearest = [replace(b, amplitude_v=round(b.amplitude_v / self._step_v) * self._step_v) for b in timeline.bursts]
@@ -100,12 +105,14 @@ class SimulatedIoCard:
         with self._lock:
             require(self._state, CardState.RUNNING, where=WHERE)
             assert self._timeline is not None
-            timeline, first, cancelled = self._timeline, self._next, self._cancelled
-        setup, _ = self._world.player.result()
+            timeline = self._timeline
+            first = self._next
+            cancelled = self._cancelled
+        setup, _ = self._world.shot_simulator.result()
         first, stop = self._span(timeline, setup.faults, first, max_samples)
         if not self._world.clock.wait_until(self._start_s + stop / self._clock.rate_hz, cancelled):
             raise was_stopped(WHERE)
-        volts = self._world.player.result()[1].heard.volts[:, first:stop]
+        volts = self._world.shot_simulator.result()[1].received.volts[:, first:stop]
         with self._lock:
             if cancelled.is_set():
                 raise was_stopped(WHERE)
@@ -122,7 +129,8 @@ class SimulatedIoCard:
             if self._state is CardState.RUNNING:
                 self._world.stop()
             if self._state is not CardState.CLOSED:
-                self._state, self._timeline = CardState.IDLE, None
+                self._state = CardState.IDLE
+                self._timeline = None
 
     def close(self) -> None:
         """See IoCard."""
@@ -130,7 +138,7 @@ class SimulatedIoCard:
         self._state = CardState.CLOSED
 
     def _span(self, timeline: Timeline, faults: frozenset[str], first: int, most: int) -> tuple[int, int]:
-        """First sample and end of the next chunk, faults included."""
+        """First sample and end of the next chunk, including the effects of faults.  Raises DeviceTimeout."""
         middle = timeline.total_samples // 2
         stop = min(first + most, timeline.total_samples)
         if "card_timeout" in faults and stop > middle:
@@ -154,7 +162,7 @@ class SimulatedIoCard:
         return ChunkFlags(**{name: struck and name in faults for name in FLAGS})
 
     def _check(self, timeline: Timeline) -> None:
-        """Raises SequenceRejected for what this card cannot play exactly."""
+        """Raise SequenceRejected for a timeline that this card cannot play exactly."""
         full_scale_v = self._world.options.card.output_full_scale_v
         complaints = []
         if timeline.clock != self._clock:

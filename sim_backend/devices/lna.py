@@ -11,8 +11,11 @@ WHERE = "simulated LNA"
 
 
 class SimulatedLna:
-    """See drivers.lna.Lna.  Once transmit power has reached its input it is destroyed: overload stays latched and
-    gain commands raise DeviceFault until the world is repaired."""
+    """See drivers.lna.Lna.
+
+    Transmit power at the input destroys the LNA: overload stays latched and gain commands raise DeviceFault until the
+    world is repaired.
+    """
 
     def __init__(self, world: World, table: LnaTable) -> None:
         self._world = world

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from drivers.errors import DeviceFault, DeviceStateError
 from drivers.identity import Identity
-from drivers.power_amplifier import AmplifierStatus
+from drivers.power_amplifier import AmplifierStatus, PowerAmplifier
 from sim_backend.world.world import World
 
 WHERE = "simulated power amplifier"
 
 
-class SimulatedPowerAmplifier:
+class SimulatedPowerAmplifier(PowerAmplifier):
     """See drivers.power_amplifier.PowerAmplifier.  Any thread may call any method."""
 
     def __init__(self, world: World) -> None:
@@ -27,7 +27,13 @@ class SimulatedPowerAmplifier:
         with self._world.lock:
             power = self._world.power
             celsius = self._world.amplifier_temperature_c()
-            return AmplifierStatus(power.enabled, power.muted, power.fault, celsius, power.clipped)
+            return AmplifierStatus(
+                enabled=power.enabled,
+                muted=power.muted,
+                fault=power.fault,
+                temperature_c=celsius,
+                clipped=power.clipped,
+            )
 
     def enable(self) -> None:
         """See PowerAmplifier.  Muted if it was not enabled before."""

@@ -1,4 +1,4 @@
-"""The simulated reference dipole and field probe: put into the world in the rotor's place."""
+"""The simulated reference dipole and field probe, inserted into the world in place of the rotor."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from drivers.identity import Identity
 from sim_backend.options import DipoleTable, ProbeTable
-from sim_backend.receive.inserted import field_t
-from sim_backend.receive.receiver import sample_times
 from sim_backend.receive.reference_dipole import Dipole
 from sim_backend.transmit.coils import AXES
 from sim_backend.world.world import World
@@ -17,10 +15,11 @@ PROBE_NOISE = 15
 
 
 class SimulatedReferenceDipole:
-    """See drivers.reference.ReferenceDipole.  The world follows the table exactly."""
+    """See drivers.reference.ReferenceDipole.  The dipole of the world is exactly that of the table."""
 
     def __init__(self, world: World, table: DipoleTable) -> None:
-        self._world, self._table = world, table
+        self._world = world
+        self._table = table
         world.spare_output = table.output
 
     def identity(self) -> Identity:
@@ -53,7 +52,8 @@ class SimulatedFieldProbe:
     """See drivers.reference.FieldProbe."""
 
     def __init__(self, world: World, table: ProbeTable) -> None:
-        self._world, self._table = world, table
+        self._world = world
+        self._table = table
 
     def identity(self) -> Identity:
         """See FieldProbe."""
@@ -70,7 +70,10 @@ class SimulatedFieldProbe:
 
     def field_t(self) -> NDArray[np.float64]:
         """See FieldProbe: the true field with white noise."""
-        setup, result = self._world.player.result()
+        from sim_backend.receive.inserted import field_t  # here: they load the compiler
+        from sim_backend.receive.receiver import sample_times
+
+        setup, result = self._world.shot_simulator.result()
         times_s = sample_times(setup)
         true_t = field_t(setup.options.coils, result.cuts, times_s, np.array(self._table.position_m))
         noise = setup.rng(PROBE_NOISE).standard_normal(true_t.shape)

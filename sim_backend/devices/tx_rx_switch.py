@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from drivers.errors import DeviceFault, DeviceStateError
 from drivers.identity import Identity
-from drivers.tx_rx_switch import SwitchPosition, SwitchTiming
+from drivers.tx_rx_switch import SwitchPosition, SwitchTiming, TxRxSwitch
 from sim_backend.world.world import World
 
 WHERE = "simulated Tx/Rx switch"
 
 
-class SimulatedTxRxSwitch:
+class SimulatedTxRxSwitch(TxRxSwitch):
     """See drivers.tx_rx_switch.TxRxSwitch.  Any thread may call any method."""
 
     def __init__(self, world: World) -> None:
@@ -23,7 +23,7 @@ class SimulatedTxRxSwitch:
     def timing(self) -> SwitchTiming:
         """See TxRxSwitch."""
         options = self._world.options.switch
-        return SwitchTiming(options.dead_time_s, options.bounce_s, options.settle_s)
+        return SwitchTiming(dead_time_s=options.dead_time_s, bounce_s=options.bounce_s, settle_s=options.settle_s)
 
     def position(self) -> SwitchPosition:
         """See TxRxSwitch."""
@@ -31,18 +31,20 @@ class SimulatedTxRxSwitch:
 
     def last_move_s(self, target: SwitchPosition) -> float | None:
         """See TxRxSwitch."""
-        return self._world.contacts().took.get(target, 0.0)
+        return self._world.contacts().last_move_s.get(target, 0.0)
 
     def to_transmit(self) -> None:
-        """See TxRxSwitch.  Raises DeviceStateError while a timeline runs: then the card's line commands."""
+        """See TxRxSwitch.  Raises DeviceStateError while a timeline runs, because then the card's line commands the
+        switch."""
         self._go(SwitchPosition.TRANSMIT)
 
     def to_receive(self) -> None:
-        """See TxRxSwitch.  Raises DeviceStateError while a timeline runs: then the card's line commands."""
+        """See TxRxSwitch.  Raises DeviceStateError while a timeline runs, because then the card's line commands the
+        switch."""
         self._go(SwitchPosition.RECEIVE)
 
     def close(self) -> None:
-        """See TxRxSwitch.  While a timeline runs its end brings the contacts home."""
+        """See TxRxSwitch.  While a timeline runs, its end moves the contacts to TRANSMIT."""
         if not self._world.is_running() and self.position() is not SwitchPosition.TRANSMIT:
             self.to_transmit()
 

@@ -1,7 +1,7 @@
 """The lab's devices as they look from their wires, all attached to one simulated world.
 
 emulator.py     a whole lab: the world, and whatever listens for it; read this first
-options.py      what it can be told: its TOML file
+options.py      its options: the TOML file
 control.py      a door into the world for tests
 io_card/        RedPitayaDAQServer and the cards behind it
 serial/         Tx/Rx switch and LNA on pseudo-terminals

@@ -8,7 +8,6 @@ clear_faults, repair                          forget faults to come; replace wha
 mount {specimen}, hold_still                  another resonator (its TOML tables); stop it with a finger
 turn_dipole {axis}                            the reference dipole along an axis in the resonator's place; null: out
 instant_reset {board, level}                  the card's emergency input
-wire {board, pins}                            a wire from one pin of a card to another; null: it is taken off
 trigger_cable {joined}                        the cable that brings the master's trigger to the other cards
 """
 
@@ -26,7 +25,7 @@ from drivers.specimen import Specimen
 from drivers.validation import validated
 from sim_backend.devices.reference import SimulatedReferenceDipole
 
-from .io_card.options import OUTPUTS, short_name
+from .io_card.options import OUTPUTS
 from .io_card.playback import high_spans, output_bursts
 from .io_card.session import Cards
 from .wire_faults import WireFault, WireFaults
@@ -40,7 +39,9 @@ class Control:
     def __init__(
         self, cards: Cards, faults: Mapping[str, WireFaults], dipole: SimulatedReferenceDipole | None = None
     ) -> None:
-        self._cards, self._world, self._faults = cards, cards.world, faults
+        self._cards = cards
+        self._world = cards.world
+        self._faults = faults
         self._dipole = dipole
         self._actions: dict[str, Action] = {
             "truth": lambda _: self._world.truth(),
@@ -57,7 +58,6 @@ class Control:
             "turn_dipole": self._turn_dipole,
             "hold_still": lambda _: self._hold_still(),
             "instant_reset": self._instant_reset,
-            "wire": self._rewire,
             "trigger_cable": lambda request: self._cards.join_cable(bool(request["joined"])),
         }
 
@@ -86,7 +86,8 @@ class Control:
         position = world.contacts().position(world.clock.monotonic_s())
         with world.lock:
             playing = [p for board in self._cards.boards for p in self._playing(board)]
-            gate, power = self._gate(), world.power
+            gate = self._gate()
+            power = world.power
             live = power.enabled and not power.muted and power.fault is None
         return {
             "playing": playing,
@@ -160,12 +161,6 @@ class Control:
     def _instant_reset(self, request: Mapping[str, Any]) -> None:
         with self._world.lock:
             self._cards.boards[request.get("board", 0)].instant_reset(bool(request["level"]))
-
-    def _rewire(self, request: Mapping[str, Any]) -> None:
-        pins = request["pins"]
-        wire = None if pins is None else (short_name(pins[0]), short_name(pins[1]))
-        with self._world.lock:
-            self._cards.boards[request.get("board", 0)].rewire(wire)
 
 
 def arm(faults: Mapping[str, WireFaults], fault: WireFault) -> None:

@@ -16,6 +16,7 @@ from typing import Any
 
 from drivers.errors import ConfigError
 from drivers.specimen import Specimen
+from drivers.text_files import read_text_file
 from drivers.validation import validated
 from sim_backend.devices.reference import SimulatedReferenceDipole
 from sim_backend.options import SimulatedOptions
@@ -60,7 +61,8 @@ class LabEmulator:
 
     def endpoints(self) -> dict[str, Any]:
         """Where everything listens: plain JSON types."""
-        host, options = self.options.host, self.options.amplifier
+        host = self.options.host
+        options = self.options.amplifier
         usb = {
             "host": host,
             "port": self._usb.port if self._usb is not None else 0,
@@ -94,7 +96,7 @@ class LabEmulator:
     def start_server(self, number: int) -> None:
         """It starts again, at the same ports, and loads the card's image: all its registers are as new.
 
-        Raises ConfigError if somebody has taken a port meanwhile.
+        Raises ConfigError if another program has taken a port meanwhile.
         """
         before = self._servers[number]
         board = self.cards.boards[number]
@@ -152,7 +154,7 @@ class LabEmulator:
 
 
 def _world(options: EmulatorOptions, folder: Path) -> World:
-    """The world of the platform file, with the changes of [world], in real time at the speed asked for."""
+    """The world of the platform file, with the changes of [world], in real time at the requested speed."""
     table = _merged(_simulated(options, folder), options.world)
     table = _merged(table, {"clock": {"mode": "realtime", "speed": options.speed}})
     world = World(validated(SimulatedOptions, table, "world"))
@@ -182,12 +184,12 @@ def _simulated(options: EmulatorOptions, folder: Path) -> dict[str, Any]:
 
 def _toml(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(read_text_file(path))
     except OSError as error:
         raise ConfigError(
             "cannot be read", where=str(path), why=error.strerror or "", remedy="correct the path"
         ) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:
         raise ConfigError("is no TOML", where=str(path), why=str(error), remedy="correct the file") from None
 
 

@@ -29,7 +29,7 @@ def listening_socket(host: str, port: int, backlog: int = 16) -> socket.socket:
 
 
 def hang_up(link: socket.socket) -> None:
-    """Close a connection for both directions, whoever is in the middle of a read."""
+    """Close a connection for both directions, also while another thread reads from it."""
     with suppress(OSError):
         link.shutdown(socket.SHUT_RDWR)
     link.close()
@@ -41,7 +41,8 @@ class Listener:
     def __init__(self, host: str, port: int, serve: Callable[[socket.socket], None], name: str) -> None:
         self._socket = listening_socket(host, port)
         self.port: int = self._socket.getsockname()[1]
-        self._serve, self._name = serve, name
+        self._serve = serve
+        self._name = name
         self._links: set[socket.socket] = set()
         threading.Thread(target=self._accept, name=f"{name}-accept", daemon=True).start()
 

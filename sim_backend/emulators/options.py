@@ -1,4 +1,4 @@
-"""What an emulator can be told: its TOML file, of which `io_card/options.py` has the cards.
+"""Options of an emulator: its TOML file, of which `io_card/options.py` has the cards.
 
 config/emulators/lab.toml is the commented original.
 """

@@ -12,7 +12,7 @@ _KEYWORD = re.compile(r"([A-Z*]+)([A-Za-z]*)(#?)")
 
 
 class CommandTable(Generic[Handler]):
-    """Patterns like `RP:ADC:DECimation` or `OUTPut?` and who answers them, in order: the first that fits wins.
+    """Patterns like `RP:ADC:DECimation` or `OUTPut?` and their handlers, in order: the first that fits wins.
 
     The short form of a keyword is its leading run of capitals; `#` takes a number glued on (none: the default, 1).
     """
@@ -21,7 +21,7 @@ class CommandTable(Generic[Handler]):
         self._commands = [(re.compile(_expression(p), re.IGNORECASE), handler) for p, handler in commands.items()]
 
     def find(self, header: str) -> tuple[Handler, tuple[int, ...]] | None:
-        """The handler and the numbers in the header; None for a header that nobody knows."""
+        """The handler and the numbers in the header; None for an unknown header."""
         for expression, handler in self._commands:
             if found := expression.fullmatch(header.removeprefix(":")):
                 return handler, tuple(int(n) if n else 1 for n in found.groups())

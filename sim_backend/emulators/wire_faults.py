@@ -5,8 +5,8 @@ garbage        one answer is replaced by as many random bytes
 half_reply     one answer stops half-way
 disconnect     the connection ends after byte `at_byte` of what the device sends
 slow_link      answers come `delay_s` late, `count` of them
-one_way_link   what the device is told arrives, what it says does not, until `clear()`
-deaf_link      the other direction: what the device is told does not arrive, until `clear()`
+one_way_link   what the driver sends arrives, what the device sends does not, until `clear()`
+deaf_link      the other direction: what the driver sends does not arrive, until `clear()`
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class WireFaults:
             self.strikes.clear()
 
     def hears(self, asked: str) -> bool:
-        """False if what the device is told does not arrive."""
+        """False if what the driver sends does not arrive."""
         with self._lock:
             for armed in list(self._armed):
                 if armed.fault.kind == "deaf_link" and armed.fits(asked, "command", self._world):
@@ -125,7 +125,8 @@ class WireFaults:
             self._armed.remove(armed)
 
     def _struck(self, armed: _Armed, answer: bytes) -> tuple[bytes, float]:
-        fault, index = armed.fault, armed.answers
+        fault = armed.fault
+        index = armed.answers
         armed.answers += 1
         if index < fault.after:
             return answer, 0.0
@@ -134,7 +135,8 @@ class WireFaults:
             self._dead = f"one_way_link {fault.stream}"
             return b"", 0.0
         if fault.kind == "disconnect":
-            left, armed.sent = fault.at_byte - armed.sent, armed.sent + len(answer)
+            left = fault.at_byte - armed.sent
+            armed.sent = armed.sent + len(answer)
             if len(answer) < left:
                 return answer, 0.0
             self._strike(armed)

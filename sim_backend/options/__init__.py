@@ -1,11 +1,12 @@
-"""What the simulated platform can be told: the table `[backends.simulated]` and the small tables of its devices.
+"""Configuration of the simulated platform: the table `[backends.simulated]` and the small tables of its devices.
 
-config/platforms/simulated.toml is the commented original.  Every key is required unless a default stands in the class.
+config/platforms/simulated.toml is a complete example with comments.  Every key is required unless its class gives a
+default.
 
 simulated.py   the whole table, its clock and its converters
 transmit.py    amplifier, coils, wiring
 receive.py     switch, LNA, receive chain, noise
-effects.py     what changes from shot to shot, the thermometer, the shots at which something goes wrong
+effects.py     variations from shot to shot, the thermometer, and the shots at which faults occur
 tables.py      the tables of single devices in a platform file
 """
 

@@ -1,4 +1,4 @@
-"""What changes from shot to shot by itself, the thermometer that sees some of it, and what goes wrong when."""
+"""Variations from shot to shot, the thermometer, and the shots at which faults occur."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ Shots = Annotated[tuple[Count, ...], Field(strict=False)]
 
 
 class TemperatureEffect(Section):
-    """Temperature at the resonator: mean_c, and a fluctuation of sd_k with correlation_time_s (Ornstein-Uhlenbeck).
+    """Temperature at the resonator: mean_c plus an Ornstein-Uhlenbeck process of sd_k and correlation_time_s.
 
-    It moves f_nat by f_nat_hz_per_k and m_r by m_r_per_k (relative) away from their values at mean_c.  Not enabled:
-    the temperature stays at mean_c.
+    The temperature shifts f_nat by f_nat_hz_per_k and m_r by m_r_per_k (relative) from their values at mean_c.  If the
+    effect is not enabled, the temperature is constant at mean_c.
     """
 
     enabled: bool
@@ -27,28 +27,29 @@ class TemperatureEffect(Section):
 
 
 class FrictionScatterEffect(Section):
-    """Jewel: T_f is multiplied by a lognormal factor of mean 1 and relative_sd, new for every shot."""
+    """In a jewel bearing T_f is multiplied by a lognormal factor of mean 1 and relative_sd, new for every shot."""
 
     enabled: bool
     relative_sd: NonNegative
 
 
 class WearEffect(Section):
-    """Jewel: T_f grows by relative_per_shot of its first value with every shot since the specimen was mounted."""
+    """In a jewel bearing T_f grows by relative_per_shot of its initial value with every shot since the specimen was
+    mounted."""
 
     enabled: bool
     relative_per_shot: NonNegative
 
 
 class BackActionEffect(Section):
-    """Braking by the current the rotor drives through the closed transmit loop, times scale; 1 is physics."""
+    """Braking by the current that the rotor induces in the closed transmit loop; scale 1 is the physical value."""
 
     enabled: bool
     scale: NonNegative
 
 
 class EffectsOptions(Section):
-    """All effects that can be switched."""
+    """All effects that can be enabled."""
 
     temperature: TemperatureEffect
     friction_scatter: FrictionScatterEffect
@@ -57,7 +58,10 @@ class EffectsOptions(Section):
 
 
 class ThermometerOptions(Section):
-    """Sensor: noise K rms, resolution K (0: none), offset K."""
+    """Errors of the temperature sensor.
+
+    noise_k: rms noise, K; resolution_k: step of the reading, K, 0: continuous; offset_k: constant error, K.
+    """
 
     noise_k: NonNegative
     resolution_k: NonNegative
@@ -65,7 +69,7 @@ class ThermometerOptions(Section):
 
 
 class FaultOptions(Section):
-    """Shots (numbered from 1 since construction) at which something goes wrong; see sim_backend/world/faults.py."""
+    """Shots at which each fault occurs, numbered from 1 since construction; see sim_backend/world/faults.py."""
 
     overwritten: Shots = ()
     corrupted: Shots = ()

@@ -7,8 +7,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from sim_backend.hidden_effects.signals import check_distinct
 from sim_backend.section import Finite, NonNegative, Positive, Section
-from sim_backend.undeclared.signals import check_distinct
 
 Vector = Annotated[tuple[Finite, Finite, Finite], Field(strict=False)]
 Levels = Annotated[tuple[NonNegative, NonNegative, NonNegative], Field(strict=False)]
@@ -16,8 +16,12 @@ Poles = Annotated[tuple[Positive, ...], Field(strict=False)]
 
 
 class SwitchOptions(Section):
-    """Relay: dead, bounce and settle time s, number of bounces, isolation dB of the receiver while transmitting, and
-    the transient V at the LNA output with its time constant s that follows every closing of the receive contact."""
+    """The relay of the Tx/Rx switch.
+
+    dead_time_s, bounce_s, settle_s: dead, bounce and settling time, s; bounces: number of bounces; isolation_db: of the
+    receiver while the relay is on transmit; transient_v, transient_tau_s: amplitude at the LNA output, V, and time
+    constant, s, of the transient after every closing of the receive contact.
+    """
 
     dead_time_s: Positive
     bounce_s: NonNegative
@@ -28,13 +32,17 @@ class SwitchOptions(Section):
     transient_tau_s: Positive
 
     def worn(self, times: int) -> SwitchOptions:
-        """The same relay, bouncing so many times as long and as often."""
+        """The same relay with `times` as many bounces in `times` the bounce time."""
         worse = {"bounce_s": self.bounce_s * times, "bounces": max(self.bounces, 1) * times}
         return self.model_copy(update=worse)
 
 
 class LnaOptions(Section):
-    """gains V/V it can be set to, rising; output_limit_v: its output stops; overload_v: it reports overload."""
+    """The low-noise amplifier.
+
+    gains: selectable gains, V/V, ascending; output_limit_v: the output saturates there, V; overload_v: output from
+    which the LNA reports overload, V.
+    """
 
     gains: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)]
     output_limit_v: Positive
@@ -48,8 +56,11 @@ class LnaOptions(Section):
 
 
 class ChainOptions(Section):
-    """Frequency response of the receive chain, per channel: first-order poles Hz (empty: flat), and what is left of
-    the card's decimation delay after compensation to the nearest sample, s."""
+    """Frequency response of the receive chain, per channel.
+
+    poles_hz: first-order poles, Hz, empty: flat; residual_delay_s: the part of the card's decimation delay that remains
+    after compensation to the nearest sample, s.
+    """
 
     poles_hz: Annotated[tuple[Poles, Poles, Poles], Field(strict=False)]
     residual_delay_s: Levels
@@ -62,7 +73,7 @@ class ChainOptions(Section):
 
 
 class ReceiveOptions(Section):
-    """Which of the named receive chains is in place."""
+    """The named receive chains, and the one in use."""
 
     chain: str
     chains: dict[str, ChainOptions]
@@ -74,12 +85,13 @@ class ReceiveOptions(Section):
         return self
 
     def in_place(self) -> ChainOptions:
-        """The chosen chain."""
+        """The chain in use."""
         return self.chains[self.chain]
 
 
 class ColourOptions(Section):
-    """Coloured noise: power density proportional to 1 + (corner_hz / f)^exponent per channel, total rms unchanged."""
+    """Coloured noise with a power density proportional to 1 + (corner_hz / f)^exponent per channel; the total rms is
+    unchanged."""
 
     enabled: bool
     corner_hz: Levels
@@ -87,8 +99,11 @@ class ColourOptions(Section):
 
 
 class HumOptions(Section):
-    """Mains hum: fundamental Hz and, per harmonic 1, 2, ..., its amplitude per channel in A m^2/s (peak, referred to
-    dm/dt); the phase runs on in world time."""
+    """Mains hum, continuous in world time.
+
+    frequency_hz: fundamental, Hz; amplitude_am2_per_s: peak amplitude referred to dm/dt for each harmonic 1, 2, ... and
+    channel, A m^2/s.
+    """
 
     enabled: bool
     frequency_hz: Positive
@@ -96,8 +111,11 @@ class HumOptions(Section):
 
 
 class NoiseOptions(Section):
-    """Noise per channel: sd_am2_per_s is the rms over the full band at the ADC, referred to dm/dt by the channel's own
-    sensitivity; scale multiplies it (0: none)."""
+    """Noise of each channel.
+
+    sd_am2_per_s: rms over the full band at the ADC, referred to dm/dt by the channel's own sensitivity, A m^2/s; scale:
+    factor on it, 0: no noise.
+    """
 
     sd_am2_per_s: Levels
     scale: NonNegative

@@ -7,9 +7,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from sim_backend.hidden_effects.listing import HiddenEffects
+from sim_backend.hidden_effects.signals import check_distinct, extra_poles_hz
 from sim_backend.section import Positive, Section
-from sim_backend.undeclared.listing import Undeclared
-from sim_backend.undeclared.signals import check_distinct, extra_poles_hz
 
 from .effects import EffectsOptions, FaultOptions, ThermometerOptions
 from .receive import LnaOptions, NoiseOptions, ReceiveOptions, SwitchOptions
@@ -17,10 +17,10 @@ from .transmit import AmplifierOptions, CoilsOptions, WiringOptions
 
 
 class ClockOptions(Section):
-    """`fast`: time passes only when somebody sleeps or reads; `realtime`: like a clock on the wall, `speed` times as
-    fast.
+    """World time.
 
-    start_utc: time of day at construction, None: this computer's.
+    mode: in `fast`, world time advances only when a caller sleeps or reads samples; in `realtime` it follows the
+    computer's clock, `speed` times as fast; start_utc: date and time at construction, None: this computer's.
     """
 
     mode: Literal["fast", "realtime"]
@@ -29,7 +29,7 @@ class ClockOptions(Section):
 
 
 class CardOptions(Section):
-    """Converters: full scales V (peak), resolution of the ADC in bit."""
+    """Converters of the card: peak full scales, V, and resolution of the ADC, bit."""
 
     input_full_scale_v: Positive
     output_full_scale_v: Positive
@@ -52,10 +52,10 @@ class SimulatedOptions(Section):
     thermometer: ThermometerOptions
     wiring: WiringOptions = WiringOptions()
     faults: FaultOptions = FaultOptions()
-    undeclared: Undeclared = ()
+    hidden_effects: HiddenEffects = Field(default=(), alias="undeclared")
 
     @model_validator(mode="after")
     def _poles(self) -> Self:
         for channel, poles in enumerate(self.receive.in_place().poles_hz):
-            check_distinct(poles + extra_poles_hz(self.undeclared, channel))
+            check_distinct(poles + extra_poles_hz(self.hidden_effects, channel))
         return self

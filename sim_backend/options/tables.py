@@ -1,4 +1,4 @@
-"""Tables of single devices: what a platform file says of each one that the simulated world offers."""
+"""Tables of single devices in a platform file."""
 
 from __future__ import annotations
 
@@ -13,8 +13,12 @@ Vector = Annotated[tuple[Finite, Finite, Finite], Field(strict=False)]
 
 
 class IoCardTable(Section):
-    """`[io_card]`: converter clock Hz, decimation, longest timeline in samples; grid of the edges in samples and step
-    of the amplitudes in V (a real card's sequence and registers have steps; 1 and 0: any)."""
+    """`[io_card]`.
+
+    base_frequency_hz, decimation: converter clock, Hz, over its decimation is the sampling rate; max_samples: longest
+    timeline; step_samples: grid of the edges, 1: every sample; output_step_v: step of the amplitudes, V, 0: continuous.
+    A real card's sequence and registers have such steps.
+    """
 
     base_frequency_hz: Positive
     decimation: Count
@@ -24,14 +28,17 @@ class IoCardTable(Section):
 
 
 class LnaTable(Section):
-    """`[lna]`: gain V/V set at the start."""
+    """`[lna]`: initial gain, V/V."""
 
     gain: Positive
 
 
 class CalibrationTable(Section):
-    """`[calibration]`: LNA gain V/V it holds for, position m it was made at, highest frequency Hz, name and date; and
-    deliberate errors of the calibration, relative per channel (0: exact)."""
+    """`[calibration]`.
+
+    lna_gain: LNA gain for which the calibration holds, V/V; position_m: where it was made, m; frequency_max_hz: highest
+    frequency, Hz; gain_error: deliberate relative error of each channel, 0: exact.
+    """
 
     lna_gain: Positive
     position_m: Position
@@ -42,8 +49,11 @@ class CalibrationTable(Section):
 
 
 class DipoleTable(Section):
-    """`[reference_dipole]`: turns times area A m^2/A and position m of a small coil; resistance ohm and inductance H of
-    its loop, fed by the card's `output`, which no coil hangs on; relative_std: of the moment, as told to the daemon.
+    """`[reference_dipole]`, a small coil.
+
+    output: output of the card that feeds it, to which no Helmholtz pair is connected; turns_area_m2: turns times area,
+    m^2; resistance_ohm, inductance_h: of its loop; relative_std: uncertainty of the moment, as reported to the daemon;
+    position_m: where it is, m.
     """
 
     output: Annotated[int, Field(ge=3, le=3)]
@@ -55,7 +65,11 @@ class DipoleTable(Section):
 
 
 class ProbeTable(Section):
-    """`[field_probe]`: noise T rms per sample, position m; relative_std: of its sensitivity, as told to the daemon."""
+    """`[field_probe]`.
+
+    noise_t: rms noise per sample, T; relative_std: uncertainty of the sensitivity, as reported to the daemon;
+    position_m: where it is, m.
+    """
 
     noise_t: NonNegative
     relative_std: Annotated[float, Field(ge=0, lt=1)]

@@ -13,10 +13,11 @@ Output = Annotated[int, Field(ge=0, le=2)]
 
 
 class AmplifierOptions(Section):
-    """Class-D amplifier: voltage gain V/V, output limit V, output impedance ohm, and its heat sink.
+    """The class-D amplifier and its heat sink.
 
-    idle_w (while enabled) and loss_fraction of the delivered energy heat a body of heat_capacity_j_per_k that cools
-    through cooling_k_per_w; above trip_temperature_c it trips.
+    gain: voltage gain, V/V; limit_v: output limit, V; output_impedance_ohm: output impedance, ohm.  The power idle_w
+    (while enabled) and the share loss_fraction of the delivered energy heat a heat sink of heat_capacity_j_per_k, which
+    cools through the thermal resistance cooling_k_per_w; above trip_temperature_c the amplifier trips.
     """
 
     gain: Positive
@@ -30,8 +31,12 @@ class AmplifierOptions(Section):
 
 
 class CoilOptions(Section):
-    """One Helmholtz pair: loop radius m, turns per loop, distance of the loops m, resistance ohm and inductance H of
-    both in series; offset_m moves the pair, axis_error_rad (small Rodrigues vector) tilts it."""
+    """One Helmholtz pair.
+
+    radius_m: of each loop, m; turns: per loop; separation_m: distance of the loops, m; resistance_ohm, inductance_h: of
+    both loops in series; offset_m: displacement of the pair, m; axis_error_rad: tilt of the pair, a small Rodrigues
+    vector, rad.
+    """
 
     radius_m: Positive
     turns: Count
@@ -55,8 +60,11 @@ class CoilsOptions(Section):
 
 
 class WiringOptions(Section):
-    """How the amplifier is wired, from x, y, z as they should be: the DAC output (0, 1, 2) that each coil hangs on, and
-    a factor on each coil's voltage (-1: turned round, 0.5: half the gain, 0: cable open)."""
+    """How the amplifier is wired; the defaults are the correct wiring.
+
+    outputs: DAC output (0, 1, 2) that drives the coils x, y, z; factors: factor on the voltage of each coil, -1:
+    reversed, 0.5: half the gain, 0: open cable.
+    """
 
     outputs: Annotated[tuple[Output, Output, Output], Field(strict=False)] = (0, 1, 2)
     factors: Vector = (1.0, 1.0, 1.0)

@@ -1,4 +1,4 @@
-"""The calibration that the simulated platform ships with: exact, unless errors are asked for."""
+"""The calibration that belongs to the simulated platform: exact, unless its table contains errors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from drivers.calibration import ReceiveCalibration, TransmitChannel
 from sim_backend.options import CalibrationTable, SimulatedOptions
 from sim_backend.transmit.coils import AXES, pair_field_t, sensitivity_t_per_a
 
-from .chain import frequency_response, is_flat
+from .response import frequency_response, is_flat
 
 FINE_HZ, COARSE_HZ, FINE_UP_TO_HZ = 10.0, 50.0, 3000.0
 
@@ -17,7 +17,7 @@ FINE_HZ, COARSE_HZ, FINE_UP_TO_HZ = 10.0, 50.0, 3000.0
 def receive_calibration(
     options: SimulatedOptions, table: CalibrationTable, position_m: NDArray[np.float64]
 ) -> ReceiveCalibration:
-    """Sensitivity at a position and response of the receive chain in place, at the LNA gain of the table."""
+    """Sensitivity at a position (3,), m, and response of the receive chain in use, at the LNA gain of the table."""
     sensitivity = sensitivity_t_per_a(options.coils, position_m) * table.lna_gain
     sensitivity *= 1 + np.array(table.gain_error)[:, None]
     chain = options.receive.in_place()
@@ -34,14 +34,18 @@ def receive_calibration(
 
 
 def calibration_frequencies_hz(highest_hz: float) -> NDArray[np.float64]:
-    """Fine enough that linear interpolation of a 20 kHz pole errs by about 1e-7 where the rotor has its lines."""
+    """Frequencies of the tabulated response, (k,), Hz.
+
+    They are so close that linear interpolation of a 20 kHz pole has an error of about 1e-7 where the rotor has its
+    lines.
+    """
     fine = np.arange(0.0, min(FINE_UP_TO_HZ, highest_hz), FINE_HZ)
     coarse = np.arange(FINE_UP_TO_HZ, highest_hz + COARSE_HZ, COARSE_HZ)
     return np.concatenate([fine, coarse])
 
 
 def transmit_channels(options: SimulatedOptions, position_m: NDArray[np.float64]) -> tuple[TransmitChannel, ...]:
-    """The coils seen from the DAC, x, y, z: exact."""
+    """The coils x, y, z as seen from the DAC, exact; fields at position_m (3,), m."""
     amplifier = options.amplifier
     return tuple(
         TransmitChannel(

@@ -2,8 +2,11 @@
 
 A product of first-order poles is a sum of single poles (partial fractions), and a polynomial goes through one pole in
 closed form.  The rotor's EMF is a polynomial in every piece of its motion, so the output is a polynomial plus one dying
-exponential, continued from piece to piece.  Sampling delay is applied by evaluating at the delayed instants.  There is
-no digital filter and no interpolation between samples; what is left are the errors of the pieces themselves.
+exponential, continued from piece to piece: for a pole tau the output y solves tau y' + y = p(t) with the input
+polynomial p, so y = q(t) + (y_0 - q(t_0)) exp(-(t - t_0)/tau) with the polynomial q that solves the same equation.  A
+pole that is slow against the piece makes the coefficients of q cancel, so there y is summed as a Taylor series.  A
+sampling delay is applied by evaluating at the delayed instants.  There is no digital filter and no interpolation
+between samples; the only errors are those of the pieces.
 """
 
 from __future__ import annotations
@@ -15,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_backend.options import ChainOptions
-from sim_backend.rotor.collocation import NODES
 from sim_backend.rotor.kernel import kernel
+from sim_backend.rotor.pieces import NODES
 
 TAYLOR = 40
 
@@ -38,22 +41,6 @@ def partials(poles_hz: tuple[float, ...]) -> list[Partial]:
         Partial(float(np.prod([t / (t - other) for j, other in enumerate(tau) if j != i])), t)
         for i, t in enumerate(tau)
     ]
-
-
-def frequency_response(chain: ChainOptions, frequency_hz: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """(channel, k) complex response at (k,) Hz: poles and residual delay, 1 at 0 Hz."""
-    rows = []
-    for poles, delay_s in zip(chain.poles_hz, chain.residual_delay_s, strict=True):
-        row = np.exp(-2j * np.pi * frequency_hz * delay_s)
-        for pole in poles:
-            row = row / (1 + 1j * frequency_hz / pole)
-        rows.append(row)
-    return np.array(rows)
-
-
-def is_flat(chain: ChainOptions) -> bool:
-    """True if the chain changes nothing."""
-    return not any(chain.poles_hz) and not any(chain.residual_delay_s)
 
 
 @kernel
@@ -81,8 +68,8 @@ def _slow_pole(p, kappa, y, out):  # type: ignore[no-untyped-def]
 def add_filtered(pieces, connected, times, per_g, weight, tau, out):  # type: ignore[no-untyped-def]
     """Add weight times the response of one pole to the sum of per_g g at rising `times` (n,) onto out (n,).
 
-    per_g: (2,) for g_u, g_v, or (3,) with g_w for pieces that have it.
-    connected: (pieces,) bool, False: the input is zero.  Times before the first piece get nothing.
+    per_g: (2,) for g_u, g_v, or (3,) with g_w for pieces that have it; connected: (pieces,) bool, False: the input is
+    zero.  Nothing is added at times before the first piece.
     """
     p, q, series = np.zeros(NODES), np.zeros(NODES), np.zeros(TAYLOR)
     y = 0.0

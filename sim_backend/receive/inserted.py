@@ -1,4 +1,4 @@
-"""What is heard or measured when something else stands in the rotor's place: the reference dipole, or a field probe."""
+"""Signals while something else is inserted in place of the rotor: the reference dipole, or a field probe."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from sim_backend.options import CoilsOptions
 from sim_backend.transmit.coils import pair_field_t
 from sim_backend.transmit.drive import Cut
 
-from .chain import frequency_response
-from .extra_signal import chain_as_built, mixing
+from .extra_signal import actual_chain, mixing_matrix
 from .reference_dipole import Dipole
+from .response import frequency_response
 from .shot_setup import ShotSetup
 
 
 def dipole_v(
     setup: ShotSetup, dipole: Dipole, spans: list[tuple[float, float, SwitchPosition]], times_s: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The dipole's signal at the ADC: (channel, n), V, in its steady state; u = -P dm/dt (eq:u(t,p,R)).
+    """The dipole's signal at the ADC in the steady state: (channel, n), V; u = -P dm/dt (eq:u(t,p,R)).
 
-    The receive chain and the dipole's own loop forget the start of a burst within 1 ms, which is left out.
+    The transient at the start of a burst, which decays within 1 ms in the receive chain and the dipole's loop, is
+    neglected.
     """
     volts = np.zeros((3, times_s.size))
     connected = np.zeros(times_s.size, dtype=np.bool_)
@@ -46,8 +47,10 @@ def _add_burst(
     on = connected & (times_s >= burst.start_sample / rate_hz) & (times_s < burst.stop_sample / rate_hz)
     turn = 2 * np.pi * burst.frequency_hz * (times_s[on] - burst.start_sample / rate_hz) + burst.phase_rad
     rate_of_change = 2j * np.pi * burst.frequency_hz * dipole.moment_per_volt_am2(burst.frequency_hz)
-    sensitivity = mixing(setup.options.undeclared) @ (setup.lna_gain * setup.sensitivity_t_per_a @ dipole.direction)
-    chain = chain_as_built(setup.options.receive.in_place(), setup.options.undeclared)
+    sensitivity = mixing_matrix(setup.options.hidden_effects) @ (
+        setup.lna_gain * setup.sensitivity_t_per_a @ dipole.direction
+    )
+    chain = actual_chain(setup.options.receive.in_place(), setup.options.hidden_effects)
     response = frequency_response(chain, np.array([burst.frequency_hz]))[:, 0]
     phasor = -sensitivity * response * rate_of_change * burst.amplitude_v
     volts[:, on] += np.imag(phasor[:, None] * np.exp(1j * turn))

@@ -1,4 +1,4 @@
-"""What the receiver hears besides the rotor: white or coloured noise, and mains hum."""
+"""Noise of the receive side: white or coloured noise, and mains hum."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from drivers.tx_rx_switch import SwitchPosition
 
 from .chain import receive_v
-from .extra_signal import add_band_gains, additions_v, chain_as_built, compress, mixing, with_gaps
+from .extra_signal import actual_chain, add_band_gains, additive_signals_v, compress, mixing_matrix, with_clock_gaps
 from .inserted import dipole_v
 from .noise import hum_v, noise_v
 from .shot_setup import NOISE, ShotSetup
@@ -21,24 +21,32 @@ CLIPPING_S = 1e-3
 
 
 @dataclass(frozen=True)
-class Heard:
-    """volts: (channel, n) float32 at the ADC, multiples of its step; noise_sd_v: (channel,) rms, ADC step included;
-    overload_s: when the LNA first reported overload (s after the trigger), None: never."""
+class ReceivedSignal:
+    """What the ADC recorded.
+
+    volts: (channel, n) float32 at the ADC, multiples of its step; noise_sd_v: (channel,) rms noise including the ADC
+    step, V; overload_s: when the LNA first reported overload, s after the trigger, None: never.
+    """
 
     volts: NDArray[np.float32]
     noise_sd_v: NDArray[np.float64]
     overload_s: float | None
 
 
-def listen(
+def receive_signal(
     setup: ShotSetup,
     pieces: NDArray[np.float64],
     connected: NDArray[np.bool_],
     spans: list[tuple[float, float, SwitchPosition]],
     leak_v: NDArray[np.float64],
     broken_s: float,
-) -> Heard:
-    """Everything the ADC records.  From `broken_s` on the LNA is dead and only noise arrives."""
+) -> ReceivedSignal:
+    """Everything that the ADC records in a shot.
+
+    pieces: motion, see `rotor.motion`; connected: (pieces,) bool, whether the receiver is connected; spans: positions
+    of the contacts, s after the trigger; leak_v: (channel, m), leakage at the LNA input, V; broken_s: from this time on
+    the LNA is destroyed and only noise arrives.
+    """
     times = sample_times(setup)
     volts = signal_v(setup, pieces, connected, times)
     if setup.dipole is not None:
@@ -49,8 +57,8 @@ def listen(
     if setup.options.noise.hum.enabled:
         scale = setup.options.noise.scale * volts_per_am2(setup)
         volts += hum_v(setup.options.noise.hum, setup.hum_phases_rad, setup.start_s + times, scale)
-    volts += additions_v(setup, times, volts_per_am2(setup))
-    compress(setup.options.undeclared, volts)
+    volts += additive_signals_v(setup, times, volts_per_am2(setup))
+    compress(setup.options.hidden_effects, volts)
     if "lna_overload" in setup.faults:
         _add_interference(setup, times, volts)
     volts[:, times >= broken_s] = 0.0
@@ -61,18 +69,20 @@ def listen(
     if "adc_clip" in setup.faults:
         _add_clipping(setup, times, volts)
     step_v = adc_step_v(setup)
-    return Heard(digitised(volts, step_v, setup.options.card.adc_bits), np.hypot(sd_v, step_v / 12**0.5), overload_s)
+    return ReceivedSignal(
+        digitised(volts, step_v, setup.options.card.adc_bits), np.hypot(sd_v, step_v / 12**0.5), overload_s
+    )
 
 
 def sample_times(setup: ShotSetup) -> NDArray[np.float64]:
-    """Instants of the samples up to the end of the shot, s after the trigger."""
+    """Instants (n,) of the samples up to the end of the shot, s after the trigger."""
     return sample_numbers(setup) / setup.timeline.clock.rate_hz - setup.delay_s
 
 
 def sample_numbers(setup: ShotSetup) -> NDArray[np.int64]:
-    """Which samples of an unbroken clock the record holds, up to the end of the shot."""
+    """Numbers (n,) of the samples that the record contains, up to the end of the shot, counted without clock gaps."""
     numbers = np.arange(min(setup.timeline.total_samples, int(np.ceil(setup.stop_s * setup.timeline.clock.rate_hz))))
-    return with_gaps(setup.options.undeclared, numbers, setup.timeline.rx_start)
+    return with_clock_gaps(setup.options.hidden_effects, numbers, setup.timeline.rx_start)
 
 
 def signal_v(
@@ -81,11 +91,11 @@ def signal_v(
     """The rotor's signal at the ADC, without noise: (channel, n) float64, V; u = -P dm/dt (eq:u(t,p,R))."""
     if setup.rotor is None:
         return np.zeros((3, times_s.size))
-    axes, undeclared = setup.rotor.axes, setup.options.undeclared
-    per_g = mixing(undeclared) @ (-setup.rotor.m_r_am2 * setup.lna_gain * setup.sensitivity_t_per_a @ axes)
-    chain = chain_as_built(setup.options.receive.in_place(), undeclared)
+    axes, hidden_effects = setup.rotor.axes, setup.options.hidden_effects
+    per_g = mixing_matrix(hidden_effects) @ (-setup.rotor.m_r_am2 * setup.lna_gain * setup.sensitivity_t_per_a @ axes)
+    chain = actual_chain(setup.options.receive.in_place(), hidden_effects)
     volts = receive_v(pieces, connected, times_s, per_g, chain)
-    add_band_gains(undeclared, pieces, connected, times_s, setup.timeline.clock.rate_hz, per_g, chain, volts)
+    add_band_gains(hidden_effects, pieces, connected, times_s, setup.timeline.clock.rate_hz, per_g, chain, volts)
     return volts
 
 
@@ -100,7 +110,7 @@ def adc_step_v(setup: ShotSetup) -> float:
 
 
 def digitised(volts: NDArray[np.float64], step_v: float, bits: int) -> NDArray[np.float32]:
-    """Rounded to ADC codes -2^(bits-1) ... 2^(bits-1) - 1 and scaled back to volts, as a real converter clips."""
+    """Voltages rounded to ADC codes -2^(bits-1) ... 2^(bits-1) - 1 and scaled back to volts."""
     half = 2 ** (bits - 1)
     return (np.clip(np.rint(volts / step_v), -half, half - 1) * step_v).astype(np.float32)
 
@@ -111,7 +121,7 @@ def _add_transients(
     times: NDArray[np.float64],
     volts: NDArray[np.float64],
 ) -> None:
-    """A decaying step that starts anew with every closing of the receive contact."""
+    """Add a decaying step that starts at every closing of the receive contact."""
     options = setup.options.switch
     level = np.array(options.transient_v)[:, None]
     closings = [a for a, _, position in spans if position is SwitchPosition.RECEIVE]
@@ -131,7 +141,7 @@ def _add_clipping(setup: ShotSetup, times: NDArray[np.float64], volts: NDArray[n
 
 
 def _limit(setup: ShotSetup, times: NDArray[np.float64], volts: NDArray[np.float64]) -> float | None:
-    """Keep the LNA's output within its limit; returns when it first reported overload."""
+    """Limit the LNA's output in place; return when the LNA first reported overload, s."""
     over = np.flatnonzero(np.any(np.abs(volts) >= setup.options.lna.overload_v, axis=0))
     np.clip(volts, -setup.options.lna.output_limit_v, setup.options.lna.output_limit_v, out=volts)
     return float(times[over[0]]) if over.size else None

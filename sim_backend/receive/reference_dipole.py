@@ -12,7 +12,7 @@ from sim_backend.options import DipoleTable
 
 @dataclass(frozen=True)
 class Dipole:
-    """The reference dipole as it stands: its table, and the direction it points in, (3,) unit vector."""
+    """The reference dipole in one orientation: its table, and its direction, a unit vector (3,) in world axes."""
 
     table: DipoleTable
     direction: NDArray[np.float64]

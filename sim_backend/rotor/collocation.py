@@ -1,4 +1,4 @@
-"""One step of Gauss-Legendre collocation for phi'' = a(t, phi, phi'), and the polynomials that come with it.
+"""One step of Gauss-Legendre collocation for phi'' = a(t, phi, phi'), and the polynomials that it uses.
 
 Inside a step the acceleration is a polynomial of degree 7 through the 8 Gauss nodes; velocity and angle are its exact
 integrals.  The end of the step is accurate to order 16, the polynomial inside to order 8 of (omega h), so with
@@ -14,18 +14,18 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from .hidden import rates
+from .internal_state import rates
 from .kernel import kernel
+from .pieces import NODES
 from .torque import drive, friction
 
-NODES = 8
 MAX_ITERATIONS = 40
-LARGEST = 1e200  # rad/s^2: the iteration has run away
+LARGEST = 1e200  # rad/s^2: the iteration diverges
 ROUNDING = 1e-14  # of the stiffness: below it the acceleration is rounding noise (drive against friction at rest)
 
 
 def _lagrange_in_legendre(x: NDArray[np.float64], w: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Column j: Legendre coefficients of the Lagrange polynomial of node j; (NODES, NODES)."""
+    """Legendre coefficients (NODES, NODES) of the Lagrange polynomials; column j belongs to node j."""
     order = np.arange(NODES)
     return (2 * order[:, None] + 1) / 2 * w[None, :] * legendre.legvander(x, NODES - 1).T
 
@@ -47,18 +47,19 @@ def _tables() -> tuple[NDArray[np.float64], ...]:
 
 C, A, AA, TO_POWERS = _tables()
 
-# Hidden state of a step, by rows: its rates at the nodes, at the start, at the place computed last (finally the end).
-HIDDEN_START, HIDDEN_NOW, HIDDEN_ROWS = NODES, NODES + 1, NODES + 2
+# Rows of a step's internal state: its rates at the nodes, its value at the start, and its value at the node that was
+# computed last, at last the end.
+INTERNAL_START, INTERNAL_NOW, INTERNAL_ROWS = NODES, NODES + 1, NODES + 2
 
 
 @kernel
-def advance(node: int, h: float, hidden: NDArray[np.float64]) -> None:
-    """The hidden state at a node (NODES: the end) from its start and rates, into row HIDDEN_NOW."""
-    for k in range(hidden.shape[1]):
+def advance(node: int, h: float, internal_state: NDArray[np.float64]) -> None:
+    """Write the internal state at a node (NODES: the end) into row INTERNAL_NOW, from its start and rates."""
+    for k in range(internal_state.shape[1]):
         total = 0.0
         for j in range(NODES):
-            total += A[node, j] * hidden[j, k]
-        hidden[HIDDEN_NOW, k] = hidden[HIDDEN_START, k] + h * total
+            total += A[node, j] * internal_state[j, k]
+        internal_state[INTERNAL_NOW, k] = internal_state[INTERNAL_START, k] + h * total
 
 
 @kernel
@@ -73,14 +74,16 @@ def solve_step(
     angle: NDArray[np.float64],
     speed: NDArray[np.float64],
     accel: NDArray[np.float64],
-    hidden: NDArray[np.float64],
+    internal_state: NDArray[np.float64],
 ) -> tuple[bool, float, float]:
     """Solve one step of length `h` with friction against a motion of direction `sign`, by fixed-point iteration.
 
-    Fills angle, speed, accel: (NODES,) at the nodes; `accel` carries the first guess in.  hidden: (ROWS, states), see
-    HIDDEN_START.  Returns whether it converged, and the angle and speed at the end.
+    tau: start of the step on the time axis of the field terms, s; h: length, s; phi, phi_dot: angle and speed at the
+    start; q: see `torque.parameters`; terms: see `torque.field`.  The function fills angle, speed and accel (NODES,) at
+    the nodes; `accel` contains the first guess.  internal_state: (INTERNAL_ROWS, states), see INTERNAL_START.  Returns
+    whether the iteration converged, and the angle and speed at the end.
     """
-    z = hidden[HIDDEN_NOW]
+    z = internal_state[INTERNAL_NOW]
     last = np.inf
     done = False
     for _ in range(MAX_ITERATIONS):
@@ -95,8 +98,8 @@ def solve_step(
             speed[i] = phi_dot + h * first
             angle[i] = phi + h * (C[i] * phi_dot + h * second)
             if z.size > 0:
-                advance(i, h, hidden)
-                rates(angle[i], speed[i], cos(angle[i]), sign, z, q, hidden[i])
+                advance(i, h, internal_state)
+                rates(angle[i], speed[i], cos(angle[i]), sign, z, q, internal_state[i])
             push = drive(tau + C[i] * h, angle[i], speed[i], q, terms, z)
             new = push - sign * friction(angle[i], sign * speed[i], q)
             change = max(change, abs(new - accel[i]))
@@ -109,7 +112,7 @@ def solve_step(
             break
         last = change
     if z.size > 0:
-        advance(NODES, h, hidden)
+        advance(NODES, h, internal_state)
     first = 0.0
     second = 0.0
     for j in range(NODES):

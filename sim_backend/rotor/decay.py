@@ -1,48 +1,71 @@
-"""The rotor between two shots: it swings on freely, and what is left of it disturbs the next shot."""
+"""The rotor between two shots: its free decay, the rest of which disturbs the next shot."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .dynamics import Dynamics
-from .motion import PIECE_SLOTS, Motion
+from .pieces import PIECE_SLOTS, Motion
+
+if TYPE_CHECKING:
+    from .dynamics import Dynamics  # loads the compiler, which a world without a rotor does without
 
 AT_REST_RAD = 1e-9
 STRIDE_S = 5.0
 
 
-@dataclass(frozen=True)
-class Resting:
-    """State of the rotor at a world time, nothing driving it; hidden: see `motion.Motion`, None: relaxed."""
+@dataclass(frozen=True, kw_only=True)
+class RotorState:
+    """State of the undriven rotor at a world time.
+
+    internal_state: see `motion.Motion`, None: relaxed.
+    """
 
     time_s: float = 0.0
     phi_rad: float = 0.0
     phi_dot_rad_per_s: float = 0.0
-    hidden: NDArray[np.float64] | None = None
+    internal_state: NDArray[np.float64] | None = None
 
 
-def at_rest(now_s: float, model: Dynamics) -> Resting:
-    """Hanging at equilibrium.  Raises ConfigError if there is none."""
+def at_rest(now_s: float, model: Dynamics) -> RotorState:
+    """The rotor at rest in its equilibrium.  Raises ConfigError if there is none."""
     rest = model.rest()
-    return Resting(now_s, rest.phi_rad, 0.0, rest.hidden)
+    return _state(now_s, rest)
 
 
-def decayed(at: Resting, now_s: float, model: Dynamics, conductance: NDArray[np.float64] | None) -> Resting:
-    """The state at `now_s`, by the same equations as within a shot; within 1e-9 rad of equilibrium it counts as still.
+def decayed(at: RotorState, now_s: float, model: Dynamics, conductance: NDArray[np.float64] | None) -> RotorState:
+    """The state at `now_s`, by the same equations as within a shot; closer than 1e-9 rad to equilibrium it is at rest.
 
-    conductance: of the closed loops, see `torque.parameters`; None: no back-action.
+    conductance: of the closed loops, see `torque.parameters`; None: no back-action.  Raises ConfigError as `at_rest`,
+    DeviceError as `motion.move`.
     """
     rest = model.rest()
-    left_s, hidden = now_s - at.time_s, at.hidden if at.hidden is not None else np.zeros(0)
-    now = Motion(np.zeros((0, PIECE_SLOTS)), at.phi_rad, at.phi_dot_rad_per_s, False, hidden)
+    left_s = now_s - at.time_s
+    now = Motion(
+        pieces=np.zeros((0, PIECE_SLOTS)),
+        phi_rad=at.phi_rad,
+        phi_dot_rad_per_s=at.phi_dot_rad_per_s,
+        stuck=False,
+        internal_state=at.internal_state if at.internal_state is not None else np.zeros(0),
+    )
     while left_s > 0 and (now.phi_rad, now.phi_dot_rad_per_s) != (rest.phi_rad, 0.0):
         now = model.advance(0.0, min(left_s, STRIDE_S), now, conductance=conductance)
         left_s -= STRIDE_S
         if model.from_rest_rad(now, rest) < AT_REST_RAD:
-            return Resting(now_s, rest.phi_rad, 0.0, rest.hidden)
+            return _state(now_s, rest)
         if now.stuck:
             break
-    return Resting(now_s, now.phi_rad, now.phi_dot_rad_per_s, now.hidden)
+    return _state(now_s, now)
+
+
+def _state(time_s: float, motion: Motion) -> RotorState:
+    """The end of a motion as a state at a world time."""
+    return RotorState(
+        time_s=time_s,
+        phi_rad=motion.phi_rad,
+        phi_dot_rad_per_s=motion.phi_dot_rad_per_s,
+        internal_state=motion.internal_state,
+    )

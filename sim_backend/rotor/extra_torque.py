@@ -1,4 +1,4 @@
-"""Undeclared torques without a state of their own: their slots in the parameter array, and their kernels."""
+"""Hidden torques without an internal state: their slots in the parameter array, and their kernels."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import ConfigError
-from sim_backend.undeclared.hidden_states import (
+from sim_backend.hidden_effects.internal_states import (
     BreathingGap,
     MemoryAmplitude,
     MemoryBristle,
     MemoryRelaxation,
     SecondMode,
 )
-from sim_backend.undeclared.listing import Undeclared, first, strength
-from sim_backend.undeclared.torques import (
+from sim_backend.hidden_effects.listing import HiddenEffects, first, strength
+from sim_backend.hidden_effects.torques import (
     AngleDependentDamping,
     BiasTorque,
     CoulombFriction,
@@ -32,10 +32,10 @@ from .kernel import kernel
 
 # Slots that follow those of `torque`; there, 1 is omega_nat^2 and 2 the declared Hertz friction.
 OMEGA_SQUARED, HERTZ = 1, 2
-SMOOTH = 7  # not 0: any of the smooth ones acts
+SMOOTH = 7  # not 0: one of the smooth torques acts
 ANGLE_DAMPING, ANHARMONICITY, TORSION, BIAS = 8, 9, 10, 11
 DRIFT, DRIFT_FROM, DRIFT_TAU = 12, 13, 14  # rad/s^2, s on the field's time axis, s (0: linear)
-KINKS = 15  # not 0: any of the next four, or bristles
+KINKS = 15  # not 0: one of the next four acts, or bristles
 COULOMB, STRIBECK, STRIBECK_SPEED, DRAG = 16, 17, 18, 19
 RELAXATION, RELAXATION_RATE = 20, 21  # k w^2, 1/tau
 BRISTLE, BRISTLE_REACH = 22, 23
@@ -45,26 +45,29 @@ MODE, MODE_OMEGA, MODE_DAMPING, MODE_ORDER = 29, 30, 31, 32  # c w^2, W, 2 g
 SLOTS = 33
 
 
-def fill(q: NDArray[np.float64], effects: Undeclared, drift_from_s: float | None) -> None:
-    """Enter all effects into a parameter array (SLOTS,) that holds the declared ones already.
+def fill(q: NDArray[np.float64], effects: HiddenEffects, drift_from_s: float | None) -> None:
+    """Enter all effects into a parameter array (SLOTS,) that contains the declared torques, in place.
 
-    drift_from_s: when f_nat begins to drift, on the time axis of the field; None: not at all.
-    Raises ConfigError for Stribeck's law without dry friction, and for a second mode that runs away.
+    drift_from_s: start of the drift of f_nat on the time axis of the field, s; None: no drift.
+    Raises ConfigError for Stribeck's law without dry friction, and for an unstable second mode.
     """
     q[HERTZ] += strength(effects, HertzFriction)
     q[COULOMB] = strength(effects, CoulombFriction)
     q[DRAG] = strength(effects, QuadraticDrag)
     if stribeck := first(effects, StribeckFriction):
-        q[STRIBECK], q[STRIBECK_SPEED] = stribeck.strength, stribeck.v_s_rad_per_s
+        q[STRIBECK] = stribeck.strength
+        q[STRIBECK_SPEED] = stribeck.v_s_rad_per_s
         _check_friction(q)
     q[ANGLE_DAMPING] = 2 * strength(effects, AngleDependentDamping)
     q[ANHARMONICITY] = strength(effects, RestoringAnharmonicity)
     q[TORSION] = strength(effects, TorsionStiffness)
     q[BIAS] = strength(effects, BiasTorque)
     if (drift := first(effects, FrequencyDrift)) and drift_from_s is not None:
-        q[DRIFT], q[DRIFT_FROM], q[DRIFT_TAU] = 2 * pi * drift.strength, drift_from_s, drift.tau_s or 0.0
+        q[DRIFT] = 2 * pi * drift.strength
+        q[DRIFT_FROM] = drift_from_s
+        q[DRIFT_TAU] = drift.tau_s or 0.0
     q[SMOOTH] = float(np.any(q[[ANGLE_DAMPING, ANHARMONICITY, TORSION, BIAS, DRIFT]]))
-    _fill_hidden(q, effects)
+    _fill_internal_states(q, effects)
     q[KINKS] = float(np.any(q[[COULOMB, STRIBECK, DRAG, BRISTLE]]))
 
 
@@ -88,25 +91,32 @@ def _check_mode(q: NDArray[np.float64], coupling: float) -> None:
         )
 
 
-def _fill_hidden(q: NDArray[np.float64], effects: Undeclared) -> None:
+def _fill_internal_states(q: NDArray[np.float64], effects: HiddenEffects) -> None:
     stiffness = q[OMEGA_SQUARED]
     if relaxation := first(effects, MemoryRelaxation):
-        q[RELAXATION], q[RELAXATION_RATE] = relaxation.strength * stiffness, 1 / relaxation.tau_s
+        q[RELAXATION] = relaxation.strength * stiffness
+        q[RELAXATION_RATE] = 1 / relaxation.tau_s
     if bristle := first(effects, MemoryBristle):
-        q[BRISTLE], q[BRISTLE_REACH] = bristle.strength, bristle.reach_rad
+        q[BRISTLE] = bristle.strength
+        q[BRISTLE_REACH] = bristle.reach_rad
     if amplitude := first(effects, MemoryAmplitude):
-        q[AMPLITUDE], q[AMPLITUDE_RATE] = amplitude.strength * stiffness, 1 / amplitude.tau_s
+        q[AMPLITUDE] = amplitude.strength * stiffness
+        q[AMPLITUDE_RATE] = 1 / amplitude.tau_s
     if gap := first(effects, BreathingGap):
-        q[GAP], q[GAP_OMEGA], q[GAP_DAMPING] = gap.strength, 2 * pi * gap.frequency_hz, 2 * gap.decay_per_s
+        q[GAP] = gap.strength
+        q[GAP_OMEGA] = 2 * pi * gap.frequency_hz
+        q[GAP_DAMPING] = 2 * gap.decay_per_s
     if mode := first(effects, SecondMode):
-        q[MODE], q[MODE_OMEGA] = mode.strength * stiffness, 2 * pi * mode.frequency_hz
-        q[MODE_DAMPING], q[MODE_ORDER] = 2 * mode.decay_per_s, mode.order
+        q[MODE] = mode.strength * stiffness
+        q[MODE_OMEGA] = 2 * pi * mode.frequency_hz
+        q[MODE_DAMPING] = 2 * mode.decay_per_s
+        q[MODE_ORDER] = mode.order
         _check_mode(q, mode.strength)
 
 
 @kernel
 def stiffness_change(tau: float, q: NDArray[np.float64]) -> float:
-    """How much omega_nat^2 has drifted away from slot 1, rad^2/s^2."""
+    """Drift of omega_nat^2 from its value in slot 1, rad^2/s^2."""
     since = tau - q[DRIFT_FROM]
     if q[DRIFT] == 0.0 or since <= 0.0:
         return 0.0
@@ -118,7 +128,7 @@ def stiffness_change(tau: float, q: NDArray[np.float64]) -> float:
 
 @kernel
 def smooth(tau: float, phi: float, phi_dot: float, sine: float, cosine: float, q: NDArray[np.float64]) -> float:
-    """What the smooth undeclared torques add to the declared ones, rad/s^2."""
+    """Sum of the smooth hidden torques, rad/s^2."""
     change = stiffness_change(tau, q)
     soft = q[ANHARMONICITY] * (1.0 - cosine)
     total = -(change * (1.0 - soft) - q[OMEGA_SQUARED] * soft) * sine
@@ -128,9 +138,10 @@ def smooth(tau: float, phi: float, phi_dot: float, sine: float, cosine: float, q
 
 @kernel
 def opposing(dry: float, speed: float, q: NDArray[np.float64]) -> float:
-    """Everything that opposes the motion, from the level of the other dry friction: with Stribeck's factor and drag.
+    """Level of all torques that oppose the motion, rad/s^2, with Stribeck's factor and drag.
 
-    speed: of phi in the direction of the motion, so that all is analytic between turning points.
+    dry: level of the declared dry friction; speed: of phi in the direction of the motion, so that the result is
+    analytic between turning points.
     """
     level = dry + q[COULOMB]
     if q[STRIBECK] != 0.0:

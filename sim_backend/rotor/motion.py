@@ -1,13 +1,14 @@
-"""Marches the rotor through time in pieces, cut exactly at every turning point, with sticking and release.
+"""Integrates the motion of the rotor in pieces that end exactly at every turning point, with sticking and release.
 
-Between two turning points the sign of the velocity is constant, so the dry friction is smooth and the step of
-`collocation` is exact to rounding error.  A tanh in place of the sign, or steps across a turning point, would put
-errors of 1e-5 rad into the record.
+Between two turning points the sign of phi' is constant, so the equation phi'' = drive - sgn(phi') friction is smooth
+and a step of `collocation` is exact to rounding error.  A step h in which phi' changes sign is shortened: the velocity
+polynomial of the step brackets the zero, and Newton's method in h makes phi' vanish at the end.  There the rotor sticks
+while |drive| <= friction, until the field releases it, or continues in the direction of the drive.  A tanh in place of
+the sign, or steps across a turning point, would cause errors of 1e-5 rad.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import cos, sin
 
 import numpy as np
@@ -15,39 +16,20 @@ from numpy.typing import NDArray
 
 from drivers.errors import DeviceError
 
-from .collocation import HIDDEN_NOW, HIDDEN_ROWS, HIDDEN_START, NODES, solve_step, to_powers
+from .collocation import INTERNAL_NOW, INTERNAL_ROWS, INTERNAL_START, solve_step, to_powers
 from .extra_torque import DRIFT, DRIFT_FROM
-from .hidden import relaxed
+from .internal_state import relaxed
 from .kernel import kernel
+from .pieces import NO_FIELD, NODES, PIECE_SLOTS, Motion
 from .rest import NOISE, release_s
 from .torque import drive, friction, has_kinks
 
-# One piece, a row: start s, length s, angle and speed at the start, then the coefficients of powers of x = -1 ... 1 of
-# the acceleration, of g_u = -phi' sin phi and of g_v = phi' cos phi (dm/dt = m_r (g_u e_u + g_v e_v), eq:projection).
-START, LENGTH, ANGLE, SPEED, ACCEL, G_U, G_V = 0, 1, 2, 3, 4, 4 + NODES, 4 + 2 * NODES
-PIECE_SLOTS = 4 + 3 * NODES
-
 FINISHED, BUFFER_FULL, NO_CONVERGENCE = 0, 1, 2
 STEP_ANGLE_RAD = 0.2
-TAIL = 1e-10  # largest share of the last polynomial term in a step
-STILL = 1e-14  # of omega_nat: a velocity below it has no sign
+TAIL = 1e-10  # largest relative size of the last polynomial term in a step
+STILL = 1e-14  # of omega_nat: a smaller velocity counts as zero
 SHORTEST_S = 1e-10
-MOST_STEPS = 200  # times as many steps as a free swing needs
-NO_FIELD = np.zeros((0, 5))
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A stretch of motion: `pieces` (n, PIECE_SLOTS) float64 in time order, and the state at its end.
-
-    hidden: (STATES,) or (0,), see `hidden`.
-    """
-
-    pieces: NDArray[np.float64]
-    phi_rad: float
-    phi_dot_rad_per_s: float
-    stuck: bool
-    hidden: NDArray[np.float64]
+MOST_STEPS = 200  # limit of the steps, as a multiple of those of a free swing
 
 
 @kernel
@@ -78,7 +60,7 @@ def _resolved(accel: NDArray[np.float64], work: NDArray[np.float64], noise: floa
 
 @kernel
 def _crossing(phi_dot, h, sign, still, accel, work):  # type: ignore[no-untyped-def]
-    """First fraction (0, 1] of the step at which the velocity polynomial has lost its sign; 2 if it never does."""
+    """First fraction (0, 1] of the step at which the velocity polynomial changes sign; 2 if there is none."""
     to_powers(accel, work)
     low = 0.0
     high = 2.0
@@ -119,12 +101,12 @@ def _loses_sign(sign: float, still: float, end_speed: float, speed: NDArray[np.f
 
 
 @kernel
-def _turn(tau, h, phi, phi_dot, sign, q, terms, angle, speed, accel, hidden):  # type: ignore[no-untyped-def]
+def _turn(tau, h, phi, phi_dot, sign, q, terms, angle, speed, accel, internal_state):  # type: ignore[no-untyped-def]
     """Shorten the step by Newton's method until the velocity at its end vanishes; returns its length and end angle."""
     phi_1 = phi
     for _ in range(5):
-        _, phi_1, left = solve_step(tau, h, phi, phi_dot, sign, q, terms, angle, speed, accel, hidden)
-        push = drive(tau + h, phi_1, left, q, terms, hidden[HIDDEN_NOW])
+        _, phi_1, left = solve_step(tau, h, phi, phi_dot, sign, q, terms, angle, speed, accel, internal_state)
+        push = drive(tau + h, phi_1, left, q, terms, internal_state[INTERNAL_NOW])
         slope = push - sign * friction(phi_1, sign * left, q)
         if slope * sign >= 0.0 or left == 0.0 or abs(left) >= 0.1 * h * abs(slope):
             break
@@ -133,10 +115,10 @@ def _turn(tau, h, phi, phi_dot, sign, q, terms, angle, speed, accel, hidden):  #
 
 
 @kernel
-def march(start, end, origin, phi, phi_dot, q, terms, pieces, count, hidden):  # type: ignore[no-untyped-def]
+def march(start, end, origin, phi, phi_dot, q, terms, pieces, count, internal_state):  # type: ignore[no-untyped-def]
     """Advance the state from `start` to `end` (s), writing pieces from row `count` on.
 
-    origin: time zero of the field terms; hidden: (HIDDEN_ROWS, states), its row HIDDEN_START moves along.
+    origin: time zero of the field terms, s; internal_state: (INTERNAL_ROWS, states), its row INTERNAL_START is updated.
     Returns (reason, time reached, phi, phi_dot, rows used, stuck at the end).
     """
     angle, speed, accel, work = np.zeros(NODES), np.zeros(NODES), np.zeros(NODES), np.zeros(NODES)
@@ -152,11 +134,11 @@ def march(start, end, origin, phi, phi_dot, q, terms, pieces, count, hidden):  #
         stuck = False
         sign = np.sign(phi_dot)
         if kinks and abs(phi_dot) <= still:
-            push = drive(t - origin, phi, 0.0, q, terms, hidden[HIDDEN_START])
+            push = drive(t - origin, phi, 0.0, q, terms, internal_state[INTERNAL_START])
             sign = np.sign(push)
             if abs(push) <= friction(phi, 0.0, q) + NOISE * q[1]:
                 phi_dot = 0.0
-                free = min(origin + release_s(t - origin, end - origin, phi, q, terms, hidden), end)
+                free = min(origin + release_s(t - origin, end - origin, phi, q, terms, internal_state), end)
                 stuck = free >= end
                 if free > t:
                     pieces[count, :] = 0.0
@@ -170,18 +152,22 @@ def march(start, end, origin, phi, phi_dot, q, terms, pieces, count, hidden):  #
         last = t + 1.01 * h >= end
         if last:
             h = end - t
-        ok, phi_1, phi_dot_1 = solve_step(t - origin, h, phi, phi_dot, sign, q, terms, angle, speed, accel, hidden)
+        ok, phi_1, phi_dot_1 = solve_step(
+            t - origin, h, phi, phi_dot, sign, q, terms, angle, speed, accel, internal_state
+        )
         if h > SHORTEST_S and not (ok and _resolved(accel, work, NOISE * q[1])):
             h_now = 0.5 * h
             accel[:] = 0.0
-            hidden[:NODES] = 0.0
+            internal_state[:NODES] = 0.0
             continue
         if not ok:
             return NO_CONVERGENCE, t, phi, phi_dot, count, stuck
         if kinks and _loses_sign(sign, still, phi_dot_1, speed):
             part = _crossing(phi_dot, h, sign, still, accel, work)
             if part <= 1.0:
-                h, phi_1 = _turn(t - origin, part * h, phi, phi_dot, sign, q, terms, angle, speed, accel, hidden)
+                h, phi_1 = _turn(
+                    t - origin, part * h, phi, phi_dot, sign, q, terms, angle, speed, accel, internal_state
+                )
                 phi_dot_1 = 0.0
                 last = False
         _store(pieces[count], t, h, phi, phi_dot, angle, speed, accel, work)
@@ -189,7 +175,7 @@ def march(start, end, origin, phi, phi_dot, q, terms, pieces, count, hidden):  #
         t = end if last else t + h
         phi = phi_1
         phi_dot = phi_dot_1
-        hidden[HIDDEN_START] = hidden[HIDDEN_NOW]
+        internal_state[INTERNAL_START] = internal_state[INTERNAL_NOW]
         h_now = min(2.0 * max(h_now, h), h_max)
     return FINISHED, t, phi, phi_dot, count, stuck
 
@@ -201,17 +187,19 @@ def move(
     phi_dot_rad_per_s: float,
     q: NDArray[np.float64],
     terms: NDArray[np.float64] = NO_FIELD,
-    hidden: NDArray[np.float64] | None = None,
+    internal_state: NDArray[np.float64] | None = None,
 ) -> Motion:
-    """Integrate from `start_s` to `stop_s`; field terms count time from `start_s`.
+    """The motion from `start_s` to `stop_s`, s.
 
-    hidden: state to start from, (STATES,) or (0,) as the parameters ask for; None or empty: relaxed.
+    q: see `torque.parameters`; terms: of the field, (n, 5), times from `start_s`, see `torque.field`; internal_state:
+    at the start, (STATES,); None or empty: relaxed.  Raises DeviceError if the step becomes too small (damping or
+    stiffness far beyond physical values).
 
-    Raises DeviceError if the motion cannot be followed (damping or stiffness far beyond anything physical).
+    >>> motion = move(0.0, 1.0, phi_rad=0.5, phi_dot_rad_per_s=0.0, q=parameters(rotor))
     """
     rows = int((stop_s - start_s) * np.sqrt(q[1]) / STEP_ANGLE_RAD * 1.2) + 64
     pieces = np.empty((rows, PIECE_SLOTS))
-    z = _room_for(relaxed(q) if hidden is None or not hidden.size else hidden)
+    z = _step_buffer(relaxed(q) if internal_state is None or not internal_state.size else internal_state)
     t, phi, speed, count, stuck = start_s, phi_rad, phi_dot_rad_per_s, 0, False
     kink_s = start_s + q[DRIFT_FROM]
     ends = [kink_s, stop_s] if q[DRIFT] != 0.0 and start_s < kink_s < stop_s else [stop_s]
@@ -221,7 +209,13 @@ def move(
             del ends[0]
             continue
         if reason == FINISHED:
-            return Motion(pieces[:count], phi, speed, stuck, z[HIDDEN_START].copy())
+            return Motion(
+                pieces=pieces[:count],
+                phi_rad=phi,
+                phi_dot_rad_per_s=speed,
+                stuck=stuck,
+                internal_state=z[INTERNAL_START].copy(),
+            )
         if reason == NO_CONVERGENCE or len(pieces) > MOST_STEPS * rows:
             raise DeviceError(
                 "the simulated rotor's motion cannot be followed",
@@ -232,8 +226,8 @@ def move(
         pieces = np.concatenate([pieces, np.empty_like(pieces)])
 
 
-def _room_for(hidden: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows of a step's hidden state, (HIDDEN_ROWS, states), starting and standing at `hidden`."""
-    room = np.zeros((HIDDEN_ROWS, hidden.size))
-    room[HIDDEN_START] = room[HIDDEN_NOW] = hidden
-    return room
+def _step_buffer(internal_state: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows of a step's internal state, (INTERNAL_ROWS, states), with start and present value set."""
+    buffer = np.zeros((INTERNAL_ROWS, internal_state.size))
+    buffer[INTERNAL_START] = buffer[INTERNAL_NOW] = internal_state
+    return buffer

@@ -1,4 +1,4 @@
-"""The resonator from its physical parameters: two magnetised spheres, a bearing, and what was measured on them."""
+"""The resonator from its physical parameters: two magnetised spheres, a bearing, and measured values."""
 
 from __future__ import annotations
 
@@ -6,13 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.constants import mu_0
 
 from drivers.errors import ConfigError
 from drivers.specimen import Defects, JewelBearing, Magnets, Specimen
 
+MU_0 = 1.25663706127e-06
+"""Vacuum magnetic permeability, V s/(A m), CODATA 2022; `scipy.constants` takes longer to load than a plan to make."""
 
-@dataclass(frozen=True)
+UNDECLARED_DAMPING_PER_S = {"thread": 0.2465, "jewel": 0.0978}
+"""Viscous damping of a resonator whose file declares none, 1/s: the paper's (tab:model_params_fit_result)."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class RotorDesign:
     """Design values of the two spheres and the bearing, by the paper's equations.
 
@@ -31,11 +36,11 @@ class RotorDesign:
     tf_over_i_rad_per_s2: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BodyDesign:
-    """What a rotor with five degrees of freedom needs besides: geometry, defects, what acts on its side modes.
+    """Additional parameters of a rotor with five degrees of freedom: geometry, defects, damping of the side modes.
 
-    distance_m: of the centres, such that the stator's design moment gives the measured f_nat with the measured m_r;
+    distance_m: of the centres, such that the stator's design moment and the measured m_r give the measured f_nat;
     hertz_m_per_n13: contact radius over the cube root of the force (eq:a), 0 without a jewel; gravity_m_per_s2: in
     world axes, (3,) float64.
     """
@@ -51,14 +56,15 @@ class BodyDesign:
     defects: Defects
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Rotor:
-    """The resonator as it is now; the coefficients of eq:Thread_ODE_norm and eq:Jewel_ODE_norm follow from it.
+    """The present state of the resonator, which determines the coefficients of eq:Thread_ODE_norm and
+    eq:Jewel_ODE_norm.
 
     inertia_kg_m2 is always the design value; b_0_t is the field that makes m_r B_0 / I = omega_nat^2 (eq:omega_nat)
-    with the effective moment; rotation: (3, 3) float64, maps u, v, w to world x, y, z; position_m: (3,) float64;
-    body: what the rigid body has besides, None: one degree of freedom; contact: effective radius of a jewel's contact
-    in this shot over that of eq:a.
+    with the effective moment; rotation: (3, 3) float64, maps u, v, w to world x, y, z; position_m: (3,) float64; body:
+    parameters of the rigid body, None: one degree of freedom; contact: effective radius of a jewel's contact in this
+    shot, relative to that of eq:a.
     """
 
     variant: str
@@ -79,18 +85,18 @@ class Rotor:
 
     @property
     def axes(self) -> NDArray[np.float64]:
-        """Axes along which its moment changes, in columns: e_u, e_v (3, 2), of a rigid body e_w as well (3, 3)."""
+        """Axes along which the moment changes, as columns: e_u, e_v (3, 2), for a rigid body also e_w (3, 3)."""
         return self.rotation if self.body else self.rotation[:, :2]
 
     @property
     def b_0_t(self) -> float:
-        """Stator field at the rotor that belongs to f_nat and m_r."""
+        """Stator field at the rotor that follows from f_nat and m_r, T."""
         return self.inertia_kg_m2 * self.omega_rad_per_s**2 / self.m_r_am2
 
 
 def sphere_moment_am2(magnets: Magnets) -> float:
     """Moment of one homogeneously magnetised sphere, A m^2 (eq:m_r)."""
-    return 4 * np.pi * magnets.radius_m**3 * magnets.remanence_t / (3 * mu_0)
+    return 4 * np.pi * magnets.radius_m**3 * magnets.remanence_t / (3 * MU_0)
 
 
 def sphere_inertia_kg_m2(magnets: Magnets) -> float:
@@ -101,7 +107,7 @@ def sphere_inertia_kg_m2(magnets: Magnets) -> float:
 
 def axial_force_n(magnets: Magnets) -> float:
     """Attraction of the two spheres at phi = 0, N (eq:fm(phi))."""
-    return 4 * np.pi * magnets.remanence_t**2 / (3 * mu_0) * magnets.radius_m**6 / magnets.distance_m**4
+    return 4 * np.pi * magnets.remanence_t**2 / (3 * MU_0) * magnets.radius_m**6 / magnets.distance_m**4
 
 
 def contact_radius_m(magnets: Magnets, jewel: JewelBearing, force_n: float) -> float:
@@ -123,7 +129,7 @@ def design(specimen: Specimen) -> RotorDesign:
     _check(specimen)
     magnets = specimen.magnets
     moment, inertia = sphere_moment_am2(magnets), sphere_inertia_kg_m2(magnets)
-    b_0 = mu_0 * moment / (4 * np.pi * magnets.distance_m**3)
+    b_0 = MU_0 * moment / (4 * np.pi * magnets.distance_m**3)
     tf = friction_torque_nm(magnets, specimen.jewel) if specimen.jewel else 0.0
     return RotorDesign(
         m_r_am2=moment,
@@ -138,14 +144,14 @@ def design(specimen: Specimen) -> RotorDesign:
 
 
 def effective(specimen: Specimen) -> Rotor:
-    """The specimen with measured values in place of design values wherever it has them.  Raises as `design`."""
+    """The rotor of a specimen: measured values where the specimen has them, else design values.  Raises as `design`."""
     plan, measured = design(specimen), specimen.measured
     rotor = Rotor(
         variant=specimen.variant,
         inertia_kg_m2=plan.inertia_kg_m2,
         f_nat_hz=_first(measured.f_nat_hz, plan.f_nat_hz),
         m_r_am2=_first(measured.m_r_am2, plan.m_r_am2),
-        lambda_per_s=measured.lambda_per_s,
+        lambda_per_s=_first(measured.lambda_per_s, UNDECLARED_DAMPING_PER_S[specimen.variant]),
         tf_over_i_rad_per_s2=_first(measured.tf_over_i_rad_per_s2, plan.tf_over_i_rad_per_s2),
         rotation=rotation_matrix(np.array(specimen.pose.rodrigues_rad)),
         position_m=np.array(specimen.pose.position_m),
@@ -158,7 +164,7 @@ def _body(specimen: Specimen, plan: RotorDesign, rotor: Rotor) -> BodyDesign:
     return BodyDesign(
         radius_m=magnets.radius_m,
         mass_kg=2.5 * plan.inertia_kg_m2 / magnets.radius_m**2,
-        distance_m=float(np.cbrt(mu_0 * plan.m_stator_am2 / (4 * np.pi * rotor.b_0_t))),
+        distance_m=float(np.cbrt(MU_0 * plan.m_stator_am2 / (4 * np.pi * rotor.b_0_t))),
         thread_length_m=specimen.thread.length_m if specimen.thread else 0.0,
         cup_radius_m=jewel.cup_radius_m if jewel else 0.0,
         hertz_m_per_n13=contact_radius_m(magnets, jewel, 1.0) if jewel else 0.0,

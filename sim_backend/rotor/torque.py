@@ -1,10 +1,10 @@
 """Every torque on the rotor, per inertia, in rad/s^2: the right-hand side of its equation of motion.
 
-    phi'' = drive(t, phi, phi', z) - sgn(phi') friction(phi, |phi'|)
+phi'' = drive(t, phi, phi', z) - sgn(phi') friction(phi, |phi'|)
 
-This is the one place to add an effect: give it a slot in the parameter array, a line in `drive` (anything smooth) or in
-`friction` (anything that opposes the motion and can hold the rotor at rest).  The integrator needs nothing else.
-What nobody declares stands in `extra_torque`, and in `hidden` if it has a state z of its own.
+A new effect needs a slot in the parameter array and a line in `drive` (a smooth torque) or in `friction` (a torque that
+opposes the motion and can hold the rotor at rest); the integrator does not change.  Hidden torques are in
+`extra_torque`, those with an internal state z in `internal_state`.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from math import cos, exp, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_backend.undeclared.listing import Undeclared
+from sim_backend.hidden_effects.listing import HiddenEffects
 
 from .extra_torque import KINKS, SLOTS, SMOOTH, fill, opposing, smooth
-from .hidden import torque as hidden_torque
+from .internal_state import torque as internal_torque
 from .kernel import kernel
 from .rotor import Rotor
 
@@ -28,8 +28,8 @@ MOMENT = 3  # m_r/I, rad/(s^2 T)
 BACK_UU, BACK_UV, BACK_VV = 4, 5, 6  # damping by the rotor's own current in the coils, 1/s, see `back_action`
 # Slots from 7 on belong to `extra_torque`.
 
-# One term of the field at the rotor: b_u, b_v (T), omega (rad/s), phase (rad), rate (1/s), meaning
-# b exp(-rate tau) cos(omega tau + phase); a constant, a sine and a dying current are all of this form.
+# One term of the field at the rotor: b_u, b_v (T), omega (rad/s), phase (rad), rate (1/s), for
+# b exp(-rate tau) cos(omega tau + phase); a constant, a sine and a decaying current are all of this form.
 FIELD_U, FIELD_V, FIELD_OMEGA, FIELD_PHASE, FIELD_RATE = 0, 1, 2, 3, 4
 FIELD_SLOTS = 5
 
@@ -37,7 +37,7 @@ FIELD_SLOTS = 5
 def parameters(
     rotor: Rotor,
     conductance: NDArray[np.float64] | None = None,
-    undeclared: Undeclared = (),
+    hidden_effects: HiddenEffects = (),
     drift_from_s: float | None = None,
 ) -> NDArray[np.float64]:
     """The parameter array of a rotor: (SLOTS,) float64.
@@ -53,7 +53,7 @@ def parameters(
     if conductance is not None:
         back = rotor.m_r_am2**2 / rotor.inertia_kg_m2 * conductance
         q[BACK_UU], q[BACK_UV], q[BACK_VV] = back[0, 0], back[0, 1], back[1, 1]
-    fill(q, undeclared, drift_from_s)
+    fill(q, hidden_effects, drift_from_s)
     return q
 
 
@@ -73,7 +73,7 @@ def field(tau: float, terms: NDArray[np.float64]) -> tuple[float, float]:
 
 @kernel
 def back_action(sine: float, cosine: float, phi_dot: float, q: NDArray[np.float64]) -> float:
-    """Braking by the current that the rotor's own EMF drives through the coils (eq:u(t,p,R) and reciprocity)."""
+    """Braking by the current that the rotor's EMF drives through the coils (eq:u(t,p,R) and reciprocity), rad/s^2."""
     return -(q[4] * sine * sine - 2.0 * q[5] * sine * cosine + q[6] * cosine * cosine) * phi_dot
 
 
@@ -86,7 +86,8 @@ def drive(
     terms: NDArray[np.float64],
     z: NDArray[np.float64],
 ) -> float:
-    """All smooth torque: viscous damping, restoring torque, excitation T_Exc = m x B (after eq:T_m), back-action."""
+    """Sum of the smooth torques, rad/s^2: viscous damping, restoring torque, excitation T_Exc = m x B (after eq:T_m),
+    back-action."""
     sine = sin(phi)
     cosine = cos(phi)
     total = -q[0] * phi_dot - q[1] * sine
@@ -98,15 +99,16 @@ def drive(
     if q[SMOOTH] != 0.0:
         total += smooth(tau, phi, phi_dot, sine, cosine, q)
     if z.size > 0:
-        total += hidden_torque(phi, sine, z, q)
+        total += internal_torque(phi, sine, z, q)
     return total
 
 
 @kernel
 def friction(phi: float, speed: float, q: NDArray[np.float64]) -> float:
-    """Level of all that opposes the motion, >= 0: Hertz contact T_f cos^(4/3) phi (eq:tf(phi)), and the undeclared.
+    """Level of all torques that oppose the motion, >= 0, rad/s^2: Hertz contact T_f cos^(4/3) phi (eq:tf(phi)), and the
+    hidden ones.
 
-    speed: of phi in the direction of the motion.  Beyond 90 deg nothing presses the contact.
+    speed: of phi in the direction of the motion.  Beyond 90 deg the contact carries no load.
     """
     level = 0.0
     cosine = cos(phi)
@@ -119,5 +121,5 @@ def friction(phi: float, speed: float, q: NDArray[np.float64]) -> float:
 
 @kernel
 def has_kinks(q: NDArray[np.float64]) -> bool:
-    """True if any torque is not smooth where the velocity changes sign: only then do turning points matter."""
+    """True if a torque is not smooth where the velocity changes sign; only then the turning points are located."""
     return bool(q[2] != 0.0 or q[KINKS] != 0.0)

@@ -1,12 +1,12 @@
-"""Reads angle and speed at any instant out of the pieces that `motion` leaves behind."""
+"""Evaluates angle and speed at any instant from the pieces of a motion."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .collocation import NODES
 from .kernel import kernel
+from .pieces import NODES
 
 
 @kernel
@@ -38,14 +38,14 @@ def _fill(pieces, times, phi, phi_dot):  # type: ignore[no-untyped-def]
 def states(
     pieces: NDArray[np.float64], times_s: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Angle rad and speed rad/s at rising times (n,) that lie within the pieces; each (n,) float64."""
+    """Angle, rad, and speed, rad/s, at ascending times (n,), s, within the pieces; each (n,) float64."""
     phi, phi_dot = np.empty(times_s.size), np.empty(times_s.size)
     _fill(pieces, np.ascontiguousarray(times_s, dtype=np.float64), phi, phi_dot)
     return phi, phi_dot
 
 
 def energy_amplitude_rad(phi_rad: float, phi_dot_rad_per_s: float, omega_rad_per_s: float) -> float:
-    """Peak angle of the undamped orbit through a state, rad (equ:ODE_norm); pi if it would go over the top."""
+    """Peak angle of the undamped orbit through a state, rad (equ:ODE_norm); pi if the rotor would turn over."""
     cosine = np.cos(phi_rad) - 0.5 * (phi_dot_rad_per_s / omega_rad_per_s) ** 2
     return float(np.arccos(max(cosine, -1.0)))
 

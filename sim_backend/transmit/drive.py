@@ -1,8 +1,9 @@
 """From the DAC to the current in the coils: amplifier with its limit, then an R-L loop, solved exactly.
 
-Time is cut wherever anything changes (burst, gate, amplifier, contacts, clipping).  In each cut the source is a sum of
-sines or a constant, so the current is the same sines through the impedance, plus a constant, plus one dying exponential
-that keeps the current continuous.  Nothing is sampled, so nothing depends on a step.
+Time is divided wherever anything changes (burst, gate, amplifier, contacts, clipping).  In each such cut the source
+v(t) is a sum of sines or a constant, and L di/dt + R i = v has a closed solution: each sine of amplitude V and
+frequency omega gives a sine of amplitude V/|R + i omega L|, a constant V gives V/R, and one exponential exp(-R t/L)
+keeps the current continuous.  Nothing is sampled, so the result does not depend on a step size.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from drivers.timeline import Burst, DigitalLine, Timeline
 from drivers.tx_rx_switch import SwitchPosition
@@ -24,13 +24,13 @@ Interval = tuple[float, float]
 Times = TypeVar("Times", float, NDArray[np.float64])
 NEGLIGIBLE_A = 1e-16
 HEAT_STEP_S = 1e-5
-AS_IT_SHOULD_BE = WiringOptions()
-ON_THE_SAMPLE = 1e-6  # of a sample: rounding of sample times
+CORRECT_WIRING = WiringOptions()
+SAMPLE_TOLERANCE = 1e-6  # of a sample: rounding of sample times
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CurrentTerm:
-    """amplitude_a exp(-rate tau) cos(omega tau + phase), tau from the start of its cut."""
+    """The current amplitude_a exp(-rate tau) cos(omega tau + phase), tau in s from the start of its cut."""
 
     amplitude_a: float
     omega_rad_per_s: float
@@ -38,15 +38,18 @@ class CurrentTerm:
     rate_per_s: float
 
     def at(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Current at times after the start of the cut, A."""
+        """Current at times tau (n,), s after the start of the cut: (n,), A."""
         shape = np.cos(self.omega_rad_per_s * tau + self.phase_rad) * np.exp(-self.rate_per_s * tau)
         return np.asarray(self.amplitude_a * shape)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Cut:
-    """A stretch in which nothing changes: from, to (s after the trigger), position of the contacts, terms per coil,
-    and whether an amplifier channel is at its limit."""
+    """An interval in which nothing changes.
+
+    start_s, stop_s: s after the trigger; position: of the contacts; currents: terms of each coil's current; clipped:
+    True if an amplifier channel is at its limit.
+    """
 
     start_s: float
     stop_s: float
@@ -55,7 +58,7 @@ class Cut:
     clipped: bool = False
 
     def current_a(self, coil: int, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Current of one coil at times inside the cut, A."""
+        """Current of one coil at times (n,) inside the cut, s after the trigger: (n,), A."""
         tau = times_s - self.start_s
         return np.sum([term.at(tau) for term in self.currents[coil]], axis=0) if self.currents[coil] else 0.0 * tau
 
@@ -72,9 +75,12 @@ class Cut:
         return np.array(rows, dtype=np.float64).reshape(-1, 3 + per_ampere_t.shape[1])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AmplifierChannel:
-    """One amplifier channel: the bursts of its DAC output, V after the gain, and its limit, V."""
+    """One amplifier channel.
+
+    bursts: of its DAC output; rate_hz: sampling rate; gain: voltage gain, V/V; limit_v: output limit, V.
+    """
 
     bursts: tuple[Burst, ...]
     rate_hz: float
@@ -82,17 +88,17 @@ class AmplifierChannel:
     limit_v: float
 
     def active(self, time_s: float) -> list[Burst]:
-        """Bursts that sound at a time after the trigger."""
+        """Bursts that are active at a time, s after the trigger."""
         return [b for b in self.bursts if b.start_sample <= time_s * self.rate_hz < b.stop_sample]
 
     def wanted_v(self, time_s: float, bursts: Sequence[Burst]) -> float:
-        """Sum of the given bursts before the limit, V."""
+        """Sum of the given bursts after the gain and before the limit, V."""
         return sum(self.gain * b.amplitude_v * np.sin(self.phase(b, time_s)) for b in bursts)
 
     def wanted_at(self, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What the output would be at rising times (n,) after the trigger, before the limit: (n,) float64, V."""
+        """Output before the limit at ascending times (n,), s after the trigger: (n,) float64, V."""
         volts = np.zeros(times_s.size)
-        samples = times_s * self.rate_hz + ON_THE_SAMPLE
+        samples = times_s * self.rate_hz + SAMPLE_TOLERANCE
         for b in self.bursts:
             on = slice(*np.searchsorted(samples, (b.start_sample, b.stop_sample)))
             turn = 2 * np.pi * b.frequency_hz * (times_s[on] - b.start_sample / self.rate_hz) + b.phase_rad
@@ -100,16 +106,16 @@ class AmplifierChannel:
         return volts
 
     def phase(self, burst: Burst, time_s: Times) -> Times:
-        """Phase of a burst at one time or many, rad."""
+        """Phase of a burst at one time or at several, rad."""
         start_s = burst.start_sample / self.rate_hz
         return 2 * np.pi * burst.frequency_hz * (time_s - start_s) + burst.phase_rad
 
     def is_clipped(self, time_s: float) -> bool:
-        """True if the limit is exceeded at a time."""
+        """True if the limit is exceeded at a time, s after the trigger."""
         return abs(self.wanted_v(time_s, self.active(time_s))) > self.limit_v
 
     def edges(self) -> list[float]:
-        """Starts and stops of the bursts, s."""
+        """Starts and stops of the bursts, s after the trigger."""
         return [k / self.rate_hz for b in self.bursts for k in (b.start_sample, b.stop_sample)]
 
     def clip_edges(self, start_s: float, stop_s: float) -> list[float]:
@@ -117,6 +123,8 @@ class AmplifierChannel:
         bursts = self.active(0.5 * (start_s + stop_s))
         if sum(abs(b.amplitude_v) for b in bursts) * abs(self.gain) <= self.limit_v:
             return []
+        from scipy.optimize import brentq  # here: it takes long to load, and few drives clip
+
         per_period = 200 if len(bursts) == 1 else 20
         points = int((stop_s - start_s) * max(b.frequency_hz for b in bursts) * per_period) + 50
         grid = np.linspace(start_s, stop_s, points)
@@ -130,28 +138,28 @@ class AmplifierChannel:
 
 
 def high_intervals(timeline: Timeline, line: DigitalLine) -> list[Interval]:
-    """When a digital line is high, s after the trigger, overlaps joined."""
+    """Intervals in which a digital line is high, s after the trigger, overlapping ones merged."""
     rate = timeline.clock.rate_hz
     spans = sorted((e.start_sample / rate, e.stop_sample / rate) for e in timeline.lines if e.line is line)
-    return _joined(spans)
+    return _merged(spans)
 
 
-def both(first: Sequence[Interval], second: Sequence[Interval]) -> list[Interval]:
+def intersection(first: Sequence[Interval], second: Sequence[Interval]) -> list[Interval]:
     """Intersection of two sets of intervals."""
     pairs = [(max(a, c), min(b, d)) for a, b in first for c, d in second]
     return [(a, b) for a, b in sorted(pairs) if a < b]
 
 
-def sources(
-    timeline: Timeline, amplifier: AmplifierOptions, channels: int, wiring: WiringOptions = AS_IT_SHOULD_BE
+def amplifier_channels(
+    timeline: Timeline, amplifier: AmplifierOptions, channels: int, wiring: WiringOptions = CORRECT_WIRING
 ) -> list[AmplifierChannel]:
-    """What drives each coil; coil k hangs on DAC output k unless the wiring is wrong."""
+    """The channel that drives each coil; coil k is connected to DAC output k unless the wiring is wrong."""
     return [
         AmplifierChannel(
-            tuple(b for b in timeline.bursts if b.output == wiring.outputs[k]),
-            timeline.clock.rate_hz,
-            amplifier.gain * wiring.factors[k],
-            amplifier.limit_v,
+            bursts=tuple(b for b in timeline.bursts if b.output == wiring.outputs[k]),
+            rate_hz=timeline.clock.rate_hz,
+            gain=amplifier.gain * wiring.factors[k],
+            limit_v=amplifier.limit_v,
         )
         for k in range(channels)
     ]
@@ -165,11 +173,11 @@ def cuts(
     output_impedance_ohm: float,
     initial_a: Sequence[float] = (),
 ) -> list[Cut]:
-    """All cuts of a shot, covering the contact spans (s after the trigger) without gaps; currents start at initial_a,
-    one per coil, none: zero.
+    """All cuts of a shot, which cover the contact spans (s after the trigger) without gaps.
 
-    live: when the power stage is on; off, its outputs hold zero volts and a remaining current dies with L/R.
-    Contacts that are not on TRANSMIT open the loop: the current is zero.
+    live: intervals in which the power stage is on; while it is off, its outputs hold zero volts and a remaining current
+    decays with L/R; initial_a: current of each coil at the start, A, empty: zero.  Contacts that are not on TRANSMIT
+    open the loop: the current is zero.
     """
     out: list[Cut] = []
     for start_s, stop_s, position in _grid(drives, live, contacts):
@@ -181,9 +189,20 @@ def cuts(
         for k, (source, coil) in enumerate(zip(drives, coils, strict=True)):
             first_a = initial_a[k] if initial_a else 0.0
             before_a = float(out[-1].current_a(k, np.array([start_s]))[0]) if out else first_a
-            loop = coil.resistance_ohm + output_impedance_ohm, coil.inductance_h
-            terms.append(_loop_terms(source, powered, start_s, stop_s, before_a, *loop) if closed else ())
-        out.append(Cut(start_s, stop_s, position, tuple(terms), clipped))
+            terms.append(
+                _loop_terms(
+                    source,
+                    powered=powered,
+                    start_s=start_s,
+                    stop_s=stop_s,
+                    initial_a=before_a,
+                    ohm=coil.resistance_ohm + output_impedance_ohm,
+                    henry=coil.inductance_h,
+                )
+                if closed
+                else ()
+            )
+        out.append(Cut(start_s=start_s, stop_s=stop_s, position=position, currents=tuple(terms), clipped=clipped))
     return out
 
 
@@ -203,18 +222,25 @@ def _grid(
 
 
 def _loop_terms(
-    source: AmplifierChannel, powered: bool, start_s: float, stop_s: float, initial_a: float, ohm: float, henry: float
+    source: AmplifierChannel,
+    *,
+    powered: bool,
+    start_s: float,
+    stop_s: float,
+    initial_a: float,
+    ohm: float,
+    henry: float,
 ) -> tuple[CurrentTerm, ...]:
     """Current of L di/dt + R i = v in one cut, from its value at the start."""
     middle_s = 0.5 * (start_s + stop_s)
     bursts = source.active(middle_s) if powered else []
     wanted = source.wanted_v(middle_s, bursts)
     if abs(wanted) > source.limit_v:
-        forced = [CurrentTerm(np.copysign(source.limit_v, wanted) / ohm, 0.0, 0.0, 0.0)]
+        forced = [_constant_term(np.copysign(source.limit_v, wanted) / ohm)]
     else:
         forced = [_sine_term(source, b, start_s, ohm, henry) for b in bursts]
     rest_a = initial_a - float(sum(term.at(np.zeros(1))[0] for term in forced))
-    terms = [*forced, CurrentTerm(rest_a, 0.0, 0.0, ohm / henry)]
+    terms = [*forced, _constant_term(rest_a, rate_per_s=ohm / henry)]
     return tuple(t for t in terms if abs(t.amplitude_a) > NEGLIGIBLE_A)
 
 
@@ -222,13 +248,19 @@ def _sine_term(source: AmplifierChannel, burst: Burst, start_s: float, ohm: floa
     omega = 2 * np.pi * burst.frequency_hz
     impedance = complex(ohm, omega * henry)
     phase = source.phase(burst, start_s) - np.angle(impedance) - np.pi / 2
-    return CurrentTerm(source.gain * burst.amplitude_v / abs(impedance), omega, float(phase), 0.0)
+    amplitude_a = source.gain * burst.amplitude_v / abs(impedance)
+    return CurrentTerm(amplitude_a=amplitude_a, omega_rad_per_s=omega, phase_rad=float(phase), rate_per_s=0.0)
 
 
-def delivered_j(stages: Sequence[Cut], coils: Sequence[CoilOptions]) -> float:
-    """Energy turned into heat in the coils, J, by the trapezoidal rule on a fine grid."""
+def _constant_term(amplitude_a: float, rate_per_s: float = 0.0) -> CurrentTerm:
+    """A constant current, or one that decays at a rate."""
+    return CurrentTerm(amplitude_a=amplitude_a, omega_rad_per_s=0.0, phase_rad=0.0, rate_per_s=rate_per_s)
+
+
+def delivered_j(cuts_of_shot: Sequence[Cut], coils: Sequence[CoilOptions]) -> float:
+    """Energy dissipated in the coils, J, by the trapezoidal rule on a fine grid."""
     total = 0.0
-    for cut in stages:
+    for cut in cuts_of_shot:
         for k, coil in enumerate(coils):
             if cut.currents[k]:
                 t = np.linspace(cut.start_s, cut.stop_s, int((cut.stop_s - cut.start_s) / HEAT_STEP_S) + 2)
@@ -236,7 +268,7 @@ def delivered_j(stages: Sequence[Cut], coils: Sequence[CoilOptions]) -> float:
     return total
 
 
-def _joined(spans: Sequence[Interval]) -> list[Interval]:
+def _merged(spans: Sequence[Interval]) -> list[Interval]:
     out: list[Interval] = []
     for start, stop in spans:
         if out and start <= out[-1][1]:

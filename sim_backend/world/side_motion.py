@@ -1,4 +1,4 @@
-"""What only the simulation knows of side modes: the moment's true motion, and what of it points out of the plane."""
+"""The truth of the side modes: the moment's true motion, and its part out of the plane."""
 
 from __future__ import annotations
 
@@ -33,16 +33,17 @@ def true_dm_dt(setup: ShotSetup, result: ShotResult) -> NDArray[np.float64]:
 
 
 def z_residual(dm_dt: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The z component of (3, n) dm/dt less what leaks into it from x and y, by least squares: (n,) float64.
+    """The z component of dm/dt (3, n) without the part that is a linear combination of x and y: (n,) float64.
 
-    A main mode whose axis is not quite z leaks; side modes do not look like x or y (paper, "Measurement Sequence").
+    A main mode whose axis is not exactly z leaks from x and y into z; side modes are no linear combination of x and y
+    (paper, "Measurement Sequence").
     """
     leak, *_ = np.linalg.lstsq(dm_dt[:2].T, dm_dt[2], rcond=None)
     return np.asarray(dm_dt[2] - leak @ dm_dt[:2])
 
 
 def side_record(setup: ShotSetup, result: ShotResult) -> dict[str, Any]:
-    """Truth of main and side modes; of one degree of freedom the main mode is f_nat and nothing stands beside it."""
+    """Truth of main and side modes; with one degree of freedom the main mode is f_nat and there are no side modes."""
     assert setup.rotor is not None
     rotor = setup.rotor
     out: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""What only the simulation knows of a shot, in the words of the paper and of the fit's report."""
+"""The truth of a shot, which only the simulation has, by the names of the paper and of the fit's report."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.spatial.transform import Rotation
 
 from sim_backend.receive.shot_setup import ShotSetup
 from sim_backend.rotor.rotor import Rotor
@@ -22,16 +20,18 @@ FLIP = np.diag([1.0, -1.0, -1.0])
 
 
 def label(phi_rad: float, phi_dot_rad_per_s: float, omega_rad_per_s: float) -> tuple[float, float] | None:
-    """phi_max and psi_start (rad) of the paper's label for a state (eq:dotvarphimax); None: no such label exists.
+    """phi_max and psi_start (rad) of the paper's label for a state (eq:dotvarphimax); None: there is no such label.
 
-    phi = phi_max cos psi, phi' = -omega sqrt(2 - 2 cos phi_max) sin psi, psi in [0, 2 pi).  The label is not the peak
-    angle: the state does not lie on the orbit of phi_max.
+    phi = phi_max cos psi, phi' = -omega sqrt(2 - 2 cos phi_max) sin psi, psi in [0, 2 pi).  phi_max is not the
+    peak angle, because the state is not on the orbit of phi_max.
     """
     speed = phi_dot_rad_per_s / (2 * omega_rad_per_s)
     if phi_rad == 0.0 and speed == 0.0:
         return 0.0, 0.0
     if abs(speed) >= 1.0 or abs(phi_rad) > np.pi:
         return None
+
+    from scipy.optimize import brentq  # here: it takes long to load, and a plan that moves nothing does without
 
     def excess(phi_max: float) -> float:
         return float((phi_rad / phi_max) ** 2 + (speed / np.sin(phi_max / 2)) ** 2 - 1)
@@ -49,6 +49,8 @@ def pose(rotation: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
 
     (phi, R) and (-phi, R turned by 180 deg about u) give the same signal; the convention picks one.
     """
+    from scipy.spatial.transform import Rotation  # here for the same reason
+
     sign = -1.0 if rotation[0, 1] < 0 else 1.0
     turned = rotation if sign > 0 else rotation @ FLIP
     return np.asarray(Rotation.from_matrix(turned).as_rotvec()), sign
@@ -62,7 +64,7 @@ def record(setup: ShotSetup, result: ShotResult, temperature_c: float, violation
         "shot": setup.number,
         "effects": {name: getattr(effects, name).enabled for name in type(effects).model_fields}
         | {"noise_colour": setup.options.noise.colour.enabled, "hum": setup.options.noise.hum.enabled},
-        "undeclared": [effect.as_dict() for effect in setup.options.undeclared],
+        "undeclared": [effect.as_dict() for effect in setup.options.hidden_effects],
         "receive_chain": setup.options.receive.chain,
         "faults": sorted(setup.faults),
         "violations": list(violations),
@@ -115,9 +117,9 @@ def _state(setup: ShotSetup, result: ShotResult, sample: int) -> tuple[float, fl
 
 
 def _noise(setup: ShotSetup, result: ShotResult) -> list[float]:
-    """rms of -P^-1 applied to the noise, per world axis."""
+    """rms of -P^-1 applied to the noise, one value per world axis, A m^2/s."""
     inverse = np.linalg.inv(setup.lna_gain * setup.sensitivity_t_per_a)
-    return [float(v) for v in np.sqrt((inverse**2) @ result.heard.noise_sd_v**2)]
+    return [float(v) for v in np.sqrt((inverse**2) @ result.received.noise_sd_v**2)]
 
 
 def _peak_a(setup: ShotSetup, result: ShotResult, coil: int) -> float:
@@ -131,6 +133,6 @@ def _peak_a(setup: ShotSetup, result: ShotResult, coil: int) -> float:
 
 
 def _hot_switch_a(result: ShotResult) -> float:
-    """Largest current, A, that was still flowing when the contacts left TRANSMIT."""
+    """Largest current at the moment at which the contacts left TRANSMIT, A."""
     leaving = [a for a, b in pairwise(result.cuts) if any(a.currents) and b.position is not a.position]
     return max((abs(float(c.current_a(k, np.array([c.stop_s]))[0])) for c in leaving for k in range(3)), default=0.0)

@@ -1,4 +1,4 @@
-"""What changes from shot to shot: temperature, friction, wear, orientation."""
+"""Variations from shot to shot: temperature, friction, wear, orientation."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ GRID_PER_CORRELATION = 50
 class Temperature:
     """Temperature at the resonator in world time: an Ornstein-Uhlenbeck process on a fixed grid, linear in between.
 
-    It depends on the seed and on time only, never on who asks for it or how often.
+    The temperature depends on seed and time only, not on the number or order of calls.
     """
 
     def __init__(self, effect: TemperatureEffect, rng: np.random.Generator) -> None:
-        self._effect, self._rng = effect, rng
+        self._effect = effect
+        self._rng = rng
         self._step_s = effect.correlation_time_s / GRID_PER_CORRELATION
         self._deviations = [float(rng.standard_normal())]
 
     def deviation_k(self, world_s: float) -> float:
-        """Kelvin away from the mean; zero if the effect is off."""
+        """Deviation from the mean at a world time, K; zero if the effect is off."""
         if not self._effect.enabled:
             return 0.0
         place = max(world_s, 0.0) / self._step_s
@@ -34,7 +35,7 @@ class Temperature:
         return self._effect.sd_k * (low + (place - k) * (high - low))
 
     def celsius(self, world_s: float) -> float:
-        """Temperature, deg C."""
+        """Temperature at a world time, deg C."""
         return float(self._effect.mean_c + self.deviation_k(world_s))
 
     def _extend(self, length: int) -> None:
@@ -55,23 +56,24 @@ def friction_factor(effects: EffectsOptions, rng: np.random.Generator, earlier_s
     return factor
 
 
-def scattered(rotor: Rotor, sd_rad: float, rng: np.random.Generator) -> Rotor:
-    """The resonator as it stands in one shot: turned by a small angle, normal with sd_rad about each axis.
+def with_orientation_scatter(rotor: Rotor, sd_rad: float, rng: np.random.Generator) -> Rotor:
+    """The rotor in one shot, rotated by small normal angles of standard deviation sd_rad about each axis.
 
-    The paper sees it in the jewel: its orientation comes out 0.08 to 0.13 deg off a reference shot on average, more
-    than ten times the thread's (tab:model_params_fit_result).
+    The paper measured this for the jewel: its orientation differs by 0.08 to 0.13 deg from a reference shot on average,
+    more than ten times as much as the thread's (tab:model_params_fit_result).
     """
     if sd_rad == 0.0:
         return rotor
     return replace(rotor, rotation=rotor.rotation @ rotation_matrix(rng.normal(0.0, sd_rad, 3)))
 
 
-def rotor_now(rotor: Rotor, effects: EffectsOptions, deviation_k: float, friction: float) -> Rotor:
-    """The rotor in one shot.  The inertia does not depend on temperature; the drive coefficient m_r/I does.
+def rotor_in_shot(rotor: Rotor, effects: EffectsOptions, deviation_k: float, friction: float) -> Rotor:
+    """The rotor in one shot: f_nat and m_r at the temperature, T_f times the factor `friction`.
 
-    T_f varies with the patch that the jewel happens to stand on, of a rigid body too: by eq:tf it grows with mu and
-    with the radius of the contact, and only one of them may do it. A varying mu would let the sphere slip at another
-    field each time, so that side modes came anywhere between 460 and 700 uT.
+    The inertia does not depend on temperature.  T_f varies with the position of the contact in the jewel, for a rigid
+    body too.  By eq:tf, T_f is proportional to mu and to the radius of the contact; the radius is varied, because a
+    varying mu would let the sphere slip at a different field each time, so that side modes would begin anywhere between
+    460 and 700 uT.
     """
     warm = effects.temperature
     return replace(

@@ -1,14 +1,15 @@
-"""The simulated world: one clamping unit with a rotor in it, coils around it, and the devices' common reality.
+"""The simulated world: one clamping unit with a rotor, the coils around it, and the state that all devices share.
 
-Everything here is thread-safe.  What sits in the unit is `ClampingUnit`, the shot that runs `Player`, the amplifier
-`PowerStage`; the world joins them, and keeps what happened.
+Any thread may call any method.  `ClampingUnit` holds the rotor, `ShotSimulator` the running shot, `PowerStage` the
+amplifier; the world connects them and records violations of the interlock and the intervals with power.
 """
 
 from __future__ import annotations
 
 import threading
 from collections import deque
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,11 +17,11 @@ from drivers.specimen import Specimen
 from drivers.timeline import Timeline
 from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.options import SimulatedOptions
-from sim_backend.receive.contacts import Contacts
 from sim_backend.receive.reference_dipole import Dipole
-from sim_backend.receive.shot_setup import ShotSetup
-from sim_backend.rotor.decay import Resting
-from sim_backend.rotor.hidden import NONE
+from sim_backend.receive.relay_contacts import Contacts
+from sim_backend.receive.shot_setup import MEMORY_S, ShotSetup
+from sim_backend.rotor.decay import RotorState
+from sim_backend.rotor.pieces import NO_INTERNAL_STATE
 from sim_backend.rotor.rotor import effective
 from sim_backend.transmit.coils import sensitivity_t_per_a
 from sim_backend.transmit.drive import delivered_j
@@ -29,19 +30,48 @@ from sim_backend.transmit.power import OVER_CURRENT, OVER_TEMPERATURE, PowerStag
 from .clamping_unit import ClampingUnit
 from .clock import SimulatedClock
 from .faults import FaultPlan
-from .incidents import PowerSpan, Violation
-from .player import Feed, Player
-from .shot import MEMORY_S, ShotResult, commanded
-from .truth import record
+from .shot_simulator import SampleSource, ShotSimulator
 from .variation import Temperature
 
+if TYPE_CHECKING:
+    from .shot import ShotResult  # loads the compiler, which a world without a shot does without
+
 POWER_LOG = 4096  # spans
-LISTEN_TO = 2**21  # samples: a longer leg is searched for overloads only if somebody reads it
+OVERLOAD_SEARCH_SAMPLES = 2**21  # samples: a longer leg is searched for overloads only if its samples are read
 TEMPERATURE, THERMOMETER, HUM, FRICTION, IDLE_BOUNCE = 10, 11, 12, 13, 14
 
 
+@dataclass(frozen=True, kw_only=True)
+class Violation:
+    """A failure of the interlock: world time, s, number of the shot, and cause."""
+
+    time_s: float
+    shot: int
+    cause: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """The violation as plain JSON types."""
+        return {"time_s": self.time_s, "shot": self.shot, "cause": self.cause}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PowerSpan:
+    """An interval of a shot in which power could reach the coils, world time, s."""
+
+    shot: int
+    start_s: float
+    stop_s: float
+
+
 class World:
-    """What all simulated devices share.  Built once per back end."""
+    """The state that all simulated devices share; each back end has one.
+
+    >>> world = World(validated(SimulatedOptions, table["backends"]["simulated"], "backends.simulated"))
+    >>> world.mount(specimen)
+    >>> world.amplifier(enabled=True, muted=False)
+    >>> world.start(timeline)
+    >>> setup, result = world.shot_simulator.result()  # result.received.volts: (3, n) float32, V
+    """
 
     def __init__(self, options: SimulatedOptions) -> None:
         self.options = options
@@ -52,72 +82,76 @@ class World:
         self.temperature = Temperature(options.effects.temperature, self.rng(TEMPERATURE))
         self.thermometer_rng = self.rng(THERMOMETER)
         self.unit = ClampingUnit(options)
-        self.player = Player(self.clock, self.lock, self.power, self)
+        self.shot_simulator = ShotSimulator(self.clock, self.lock, self.power, self)
         self.lna_gain = options.lna.gains[0]
         self.lna_broken = False
         self.lna_overloaded = False
         self.shots = 0
-        self.spare_output: int | None = None  # of the card: what a reference dipole hangs on
+        self.spare_output: int | None = None  # of the card: the output that feeds a reference dipole
         self._hum_phases = self.rng(HUM).uniform(0, 2 * np.pi, (len(options.noise.hum.amplitude_am2_per_s), 3))
         self._contacts = Contacts(options.switch)
         self._contacts_rng = self.rng(IDLE_BOUNCE)
-        self._idle_gate = self._idle_receive = False
+        self._idle_gate = False
+        self._idle_receive = False
         self._violations: list[Violation] = []
         self._power_log: deque[PowerSpan] = deque(maxlen=POWER_LOG)
 
     def rng(self, *stream: int) -> np.random.Generator:
-        """Random numbers of their own stream, from the seed alone."""
+        """Generator of one stream of random numbers, which depends on the seed only."""
         return np.random.default_rng([self.options.seed, *stream])
 
-    # --- what sits in the clamping unit
+    # --- the content of the clamping unit
 
     def mount(self, specimen: Specimen) -> None:
-        """Put a resonator in; at rest unless it is the one already there, which goes on as it is."""
+        """Mount a resonator at rest; the same specimen as before keeps its present motion.  Raises ConfigError."""
         rotor = effective(specimen)
         with self.lock:
-            self.player.settle()
+            self.shot_simulator.finish_if_over()
             self.unit.mount(specimen, rotor, self.clock.monotonic_s())
 
     def insert(self, dipole: Dipole | None, position_m: np.ndarray, *, empty: bool = False) -> None:
-        """Take the rotor out and put a dipole, or a probe that leaves the receiver alone (`empty`), in its place; with
-        neither, whatever stood there goes and the rotor comes back to rest."""
+        """Replace the rotor by a dipole, or by a probe that induces no voltage (`empty`), at a position (3,), m.
+
+        With neither, the rotor replaces the inserted device and is at rest.
+        """
         with self.lock:
-            self.player.settle()
+            self.shot_simulator.finish_if_over()
             self.unit.insert(dipole, position_m, self.clock.monotonic_s(), empty=empty)
 
     def hold_still(self) -> None:
-        """Let the rotor hang at rest now, as if a finger had stopped it."""
+        """Stop the rotor: it is at rest now."""
         with self.lock:
-            self.player.settle()
+            self.shot_simulator.finish_if_over()
             self.unit.hold_still(self.clock.monotonic_s())
 
     def specimen(self) -> Specimen | None:
-        """What is mounted."""
+        """The mounted specimen; None: none."""
         with self.lock:
             return self.unit.specimen
 
     # --- shots
 
-    def start(self, timeline: Timeline, feed: Feed | None = None) -> float:
-        """Trigger: the timeline starts now; returns the world time of sample 0.
+    def start(self, timeline: Timeline, source: SampleSource | None = None) -> float:
+        """Start a timeline now; return the world time of sample 0, s.
 
-        With a feed the shot is open-ended: the timeline is its first leg, the feed has the next ones, until `stop`.
+        With a source the shot is open-ended: the timeline is its first leg, the source gives the next ones until
+        `stop`.
         """
         with self.lock:
-            self.player.settle()
+            self.shot_simulator.finish_if_over()
             now = self.clock.monotonic_s()
             self.shots += 1
             self._trip_if_too_hot(now)
             self._contacts = self._contacts.since(now - MEMORY_S)
-            self.player.begin(self._setup(timeline, feed, now), feed)
+            self.shot_simulator.begin(self._setup(timeline, source, now), source)
             return now
 
-    def _setup(self, timeline: Timeline, feed: Feed | None, now_s: float) -> ShotSetup:
-        """The shot that begins now."""
+    def _setup(self, timeline: Timeline, source: SampleSource | None, now_s: float) -> ShotSetup:
+        """The set-up of the shot that begins now."""
         closed = self._contacts.position(now_s) is SwitchPosition.TRANSMIT
-        resting = self.unit.rest_until(now_s, closed=closed)
+        rotor_state = self.unit.decayed_until(now_s, closed=closed)
         rotor = self.unit.for_shot(self.temperature.deviation_k(now_s), self.rng(FRICTION, self.shots))
-        dipole, where = self.unit.seen_from_coils(rotor)
+        dipole, position_m = self.unit.source_and_position(rotor)
         return ShotSetup(
             options=self.options,
             number=self.shots,
@@ -127,40 +161,40 @@ class World:
             live=self.power.live_intervals(now_s, now_s + timeline.duration_s),
             contacts=self._contacts.shifted(-now_s),
             rotor=rotor,
-            phi_rad=resting.phi_rad,
-            phi_dot_rad_per_s=resting.phi_dot_rad_per_s,
-            hidden=NONE if resting.hidden is None else resting.hidden,
-            sensitivity_t_per_a=sensitivity_t_per_a(self.options.coils, where),
+            phi_rad=rotor_state.phi_rad,
+            phi_dot_rad_per_s=rotor_state.phi_dot_rad_per_s,
+            internal_state=NO_INTERNAL_STATE if rotor_state.internal_state is None else rotor_state.internal_state,
+            sensitivity_t_per_a=sensitivity_t_per_a(self.options.coils, position_m),
             hum_phases_rad=self._hum_phases,
             lna_gain=self.lna_gain,
             lna_broken=self.lna_broken,
             faults=self.faults.at(self.shots),
-            open_ended=feed is not None,
-            delay_s=0.0 if feed is None else feed.delay_s,
+            open_ended=source is not None,
+            delay_s=0.0 if source is None else source.delay_s,
             dipole=dipole,
         )
 
     def stop(self) -> None:
-        """All outputs zero and lines low now: cut the running shot short, if there is one."""
-        self.player.stop()
+        """Set all outputs to zero and all lines low now: truncate the running shot, if there is one."""
+        self.shot_simulator.stop()
 
     # --- commands
 
     def amplifier(self, *, enabled: bool | None = None, muted: bool | None = None) -> None:
         """Enable, disable, mute or unmute now, also in the middle of a shot."""
         with self.lock:
-            if self.power.set(self.clock.monotonic_s(), enabled=enabled, muted=muted) and self.player.running:
-                self.player.relive()
+            if self.power.set(self.clock.monotonic_s(), enabled=enabled, muted=muted) and self.shot_simulator.running:
+                self.shot_simulator.amplifier_changed()
             self._check_idle()
 
     def trip_amplifier(self) -> None:
-        """Latch a fault now whose cause is gone at once."""
+        """Latch a fault now; its cause does not last."""
         with self.lock:
-            if self.power.trip(self.clock.monotonic_s(), OVER_CURRENT) and self.player.running:
-                self.player.relive()
+            if self.power.trip(self.clock.monotonic_s(), OVER_CURRENT) and self.shot_simulator.running:
+                self.shot_simulator.amplifier_changed()
 
     def reset_amplifier(self) -> str | None:
-        """Disable, mute and clear the latched fault; the one that stays because its cause does, None: all is well."""
+        """Disable, mute and clear the latched fault; return the fault whose cause still exists, None: there is none."""
         self.refresh()
         with self.lock:
             self.amplifier(enabled=False, muted=True)
@@ -170,11 +204,12 @@ class World:
             return self.power.fault
 
     def idle_lines(self, *, pa_gate: bool, rx_connect: bool) -> None:
-        """Levels of the digital lines while nothing is played; the contacts follow at once."""
+        """Set the levels of the digital lines while no shot runs; the contacts follow at once."""
         with self.lock:
-            self._idle_gate, changed = pa_gate, rx_connect != self._idle_receive
+            changed = rx_connect != self._idle_receive
+            self._idle_gate = pa_gate
             self._idle_receive = rx_connect
-            if changed and not self.player.running:
+            if changed and not self.shot_simulator.running:
                 self.move_contacts(SwitchPosition.RECEIVE if rx_connect else SwitchPosition.TRANSMIT)
             self._check_idle()
 
@@ -182,30 +217,32 @@ class World:
 
     def contacts(self) -> Contacts:
         """The contacts' history in world time, running shot included."""
-        self.player.catch_up()
+        self.shot_simulator.catch_up()
         with self.lock:
-            setup = self.player.setup
-            if self.player.running and setup is not None:
-                return commanded(setup).shifted(setup.start_s)
+            setup = self.shot_simulator.setup
+            if self.shot_simulator.running and setup is not None:
+                from .shot import contacts_through_shot  # here: it loads the compiler
+
+                return contacts_through_shot(setup).shifted(setup.start_s)
             return self._contacts
 
     def move_contacts(self, target: SwitchPosition) -> float:
-        """Command the contacts outside a timeline; returns the world time of arrival."""
+        """Command the contacts while no shot runs; return the world time of their arrival, s."""
         with self.lock:
-            self.player.settle()
+            self.shot_simulator.finish_if_over()
             self._contacts = self._contacts.command(self.clock.monotonic_s(), target, self._contacts_rng)
             self._check_idle()
             return self._contacts.arrival_s()
 
     def is_running(self) -> bool:
-        """True while a timeline is being played."""
+        """True while a shot runs."""
         with self.lock:
-            self.player.settle()
-            return self.player.running
+            self.shot_simulator.finish_if_over()
+            return self.shot_simulator.running
 
     def refresh(self) -> None:
-        """Let everything that has happened by now show in the read-backs (overload, clipping, trip)."""
-        self.player.refresh()
+        """Update the read-backs (overload, clipping, trip) with all events up to now."""
+        self.shot_simulator.refresh()
 
     def amplifier_temperature_c(self) -> float:
         """Temperature of the heat sink, deg C."""
@@ -214,75 +251,88 @@ class World:
             return self.temperature.celsius(now) + self.power.excess_k(now)
 
     def violations(self) -> tuple[Violation, ...]:
-        """Every time the interlock failed so far."""
+        """All violations of the interlock so far."""
         self.refresh()
         with self.lock:
             return tuple(self._violations)
 
     def power_log(self) -> tuple[PowerSpan, ...]:
-        """When power could reach the coils in the last shots, as far as they are over, rising."""
+        """Intervals in which power could reach the coils, of the last shots that have ended, ascending."""
         self.refresh()
         with self.lock:
             return tuple(self._power_log)
 
     def repair(self) -> None:
-        """Replace what broke: a new LNA, freed contacts, no more faults to come."""
+        """Repair all damage: a new LNA, free contacts; planned faults are removed."""
         with self.lock:
-            self.player.settle()
+            self.shot_simulator.finish_if_over()
             self.faults.clear()
             self.lna_broken = self.lna_overloaded = False
-            self._contacts = self._contacts.jam(False)
+            self._contacts = self._contacts.with_stuck(False)
 
     def truth(self) -> dict[str, Any] | None:
-        """The record of the last shot, of its first leg if it is open-ended; None before the first."""
-        first = self.player.first()
+        """The truth of the last shot or its first leg, see `truth.record`; None before the first shot."""
+        first = self.shot_simulator.first()
         if first is None:
             return None
+        from .truth import record  # here: it loads the compiler
+
         setup, result = first
-        happened = [Violation(setup.start_s + t, setup.number, cause).as_dict() for t, cause in result.violations]
-        return record(setup, result, self.temperature.celsius(setup.start_s), happened)
+        violations = [self._violation(setup, t, cause).as_dict() for t, cause in result.violations]
+        return record(setup, result, self.temperature.celsius(setup.start_s), violations)
 
-    # --- what the player tells, inside the lock
+    # --- Observer, called with the lock held
 
-    def seen(self, setup: ShotSetup, result: ShotResult, since_s: float, until_s: float) -> None:
-        """See Witness."""
+    def became_visible(self, setup: ShotSetup, result: ShotResult, since_s: float, until_s: float) -> None:
+        """See Observer."""
 
         def new(time_s: float | None) -> bool:
             return time_s is not None and since_s < time_s <= until_s
 
-        if setup.timeline.total_samples < LISTEN_TO or "heard" in vars(result):
-            self.lna_overloaded |= new(result.heard.overload_s)
+        if setup.timeline.total_samples < OVERLOAD_SEARCH_SAMPLES or "received" in vars(result):
+            self.lna_overloaded |= new(result.received.overload_s)
         self.power.clipped |= new(result.clipped_s)
         if "amplifier_trip" in setup.faults and new(setup.trip_s()):
             self.power.trip(setup.start_s + until_s, OVER_CURRENT)
         for t, cause in result.violations:
             if new(t):
-                self._violations.append(Violation(setup.start_s + t, setup.number, cause))
+                self._violations.append(self._violation(setup, t, cause))
                 self.lna_broken = self.lna_overloaded = True
 
-    def account(self, setup: ShotSetup, result: ShotResult) -> None:
-        """See Witness."""
+    def account_power(self, setup: ShotSetup, result: ShotResult) -> None:
+        """See Observer."""
         self.power.heat(setup.start_s + setup.stop_s, delivered_j(result.cuts, self.options.coils.in_order()))
         for a, b in result.powered:
-            self._power_log.append(PowerSpan(setup.number, setup.start_s + a, setup.start_s + b))
+            span = PowerSpan(shot=setup.number, start_s=setup.start_s + a, stop_s=setup.start_s + b)
+            self._power_log.append(span)
 
-    def shot_over(self, setup: ShotSetup, result: ShotResult) -> None:
-        """See Witness."""
+    def shot_ended(self, setup: ShotSetup, result: ShotResult) -> None:
+        """See Observer."""
         end_s = setup.start_s + setup.stop_s
-        self.unit.resting = Resting(end_s, result.phi_rad, result.phi_dot_rad_per_s, result.hidden)
-        contacts = result.contacts.shifted(setup.start_s).like(self.options.switch)
+        self.unit.rotor_state = RotorState(
+            time_s=end_s,
+            phi_rad=result.phi_rad,
+            phi_dot_rad_per_s=result.phi_dot_rad_per_s,
+            internal_state=result.internal_state,
+        )
+        contacts = result.contacts.shifted(setup.start_s).with_options(self.options.switch)
         home = SwitchPosition.RECEIVE if self._idle_receive else SwitchPosition.TRANSMIT
         self._contacts = contacts.command(end_s, home, self._contacts_rng)
+
+    @staticmethod
+    def _violation(setup: ShotSetup, after_trigger_s: float, cause: str) -> Violation:
+        return Violation(time_s=setup.start_s + after_trigger_s, shot=setup.number, cause=cause)
 
     def _trip_if_too_hot(self, now_s: float) -> None:
         if self.options.amplifier.trip_temperature_c < self.amplifier_temperature_c():
             self.power.trip(now_s, OVER_TEMPERATURE)
 
     def _check_idle(self) -> None:
-        """Without a shot: power on the connected receiver is a violation as well."""
+        """Record a violation if power reaches the connected receiver while no shot runs."""
         gate_open = self._idle_gate and self.power.enabled and not self.power.muted and self.power.fault is None
         heading = self._contacts.heading() is SwitchPosition.RECEIVE
-        if gate_open and heading and not self.player.running and not self.lna_broken:
+        if gate_open and heading and not self.shot_simulator.running and not self.lna_broken:
             now = max(self.clock.monotonic_s(), self._contacts.arrival_s())
-            self._violations.append(Violation(now, self.shots, "receiver connected to the live amplifier while idle"))
+            cause = "receiver connected to the live amplifier while idle"
+            self._violations.append(Violation(time_s=now, shot=self.shots, cause=cause))
             self.lna_broken = self.lna_overloaded = True

@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from platform_daemon.analysis.batch.executors import cores
-from platform_daemon.cli.output import must_not_exist
-from platform_daemon.store.durable import write_file
+from platform_daemon.core.command_line.output import must_not_exist
+from platform_daemon.core.state.durable import write_file
+from platform_daemon.features.fit.batch.executors import cores
 from tests.benchmarks.campaign import campaign_text, run_campaign
 from tests.benchmarks.fits import run_bench, table
 from tests.benchmarks.process import processes_text, run_processes

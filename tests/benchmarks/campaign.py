@@ -14,8 +14,7 @@ from typing import Any
 from platform_daemon.estimation.compilation import warm_up
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import estimate_noise
-
-from .fits import DATASETS, make_record
+from tests.benchmarks.fits import DATASETS, make_record
 
 
 def run_campaign(shots: int = 100, processes: int = 2) -> dict[str, Any]:

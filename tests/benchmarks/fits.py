@@ -27,8 +27,7 @@ from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
 from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE
 from platform_daemon.estimation.physics.trajectory.direct import MotionParameters, Trajectory
 from platform_daemon.estimation.record import RingDownRecord
-
-from .paper import PaperFit, paper_method
+from tests.benchmarks.paper import PaperFit, paper_method
 
 RATE_HZ = 125e6 / 2048
 NOISE_SD = np.array([0.014, 0.021, 0.055])  # A m^2/s per sample, fig. 6 of the paper
@@ -50,8 +49,8 @@ class Dataset:
     aim_ms: float
 
 
-_JEWEL = MotionParameters(2.0 * math.pi * 213.25, 2.3, 0.93, (0.2465, 1190.0))
-_THREAD = MotionParameters(2.0 * math.pi * 215.5, 2.3, 0.39, (0.2465,))
+_JEWEL = MotionParameters(w=2.0 * math.pi * 213.25, theta=2.3, amplitude=0.93, values=(0.2465, 1190.0))
+_THREAD = MotionParameters(w=2.0 * math.pi * 215.5, theta=2.3, amplitude=0.39, values=(0.2465,))
 DATASETS = (
     Dataset("JN50", "jewel", 0.24, 0.01226, _JEWEL, 3.0, 0.8),
     Dataset("JD30", "jewel", 1.28, 0.01226, _JEWEL, 10.0, 2.5),

@@ -15,8 +15,7 @@ from typing import Any
 from platform_daemon.estimation.compilation import synthetic_record, warm_up
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import estimate_noise
-
-from .fits import DATASETS, Dataset, make_record, milliseconds
+from tests.benchmarks.fits import DATASETS, Dataset, make_record, milliseconds
 
 _LENGTHS = (1, 2, 4)
 _FIRST_FIT = f"""

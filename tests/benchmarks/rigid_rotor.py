@@ -6,6 +6,7 @@ python -m tests.benchmarks.rigid_rotor
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 from drivers.specimen import Specimen
 from sim_backend.rotor.dynamics import dynamics
@@ -22,11 +23,17 @@ def seconds_of_processor(mounted: Specimen, field_t: float) -> float:
     bench = Bench(None, noise__scale=0.0)
     bench.backend.mount(mounted)
     bench.shot(field_t, rx=16)
-    setup, result = bench.backend.world.player.result()
+    setup, result = bench.backend.world.shot_simulator.result()
     assert setup.rotor is not None
     model, least = dynamics(effective(mounted)), float("inf")
     start = model.rest()
-    start = type(start)(start.pieces, result.phi_rad, result.phi_dot_rad_per_s, False, result.hidden)
+    start = replace(
+        start,
+        phi_rad=result.phi_rad,
+        phi_dot_rad_per_s=result.phi_dot_rad_per_s,
+        stuck=False,
+        internal_state=result.internal_state,
+    )
     for _ in range(REPEATS):
         begin = time.thread_time()
         model.advance(0.0, WINDOW_S[mounted.variant], start)

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
-
-from .fits import DATASETS, RATE_HZ, make_record
+from tests.benchmarks.fits import DATASETS, RATE_HZ, make_record
 
 Jacobian = Callable[[Array], tuple[Array, Array]]
 """Residual (3 n,) and its derivatives (3 n, 8) at the scaled parameters."""

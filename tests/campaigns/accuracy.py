@@ -1,6 +1,6 @@
 """How true the fits of simulated shots are: errors against the truth in units of the reported standard deviation.
 
-As a program it runs the whole campaign and writes docs/accuracy.md:  python -m tests.campaigns.accuracy
+As a program it runs the whole campaign and writes docs/evidence/accuracy.md:  python -m tests.campaigns.accuracy
 """
 
 from __future__ import annotations
@@ -17,17 +17,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from platform_daemon.analysis.fit import fit_frame
-from platform_daemon.analysis.fit_request import FitRequest
-from platform_daemon.app import start_engine
-from platform_daemon.schemas.requests import AcquisitionRequest
-from platform_daemon.settings import load_platform
-from platform_daemon.store.reader import open_recording
-from platform_daemon.store.recording import Recording
-from platform_daemon.store.truth import read_truth
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.recordings.recording import Recording
+from platform_daemon.core.recordings.truth import read_truth
+from platform_daemon.core.schemas.requests import AcquisitionRequest
+from platform_daemon.core.settings import load_platform
+from platform_daemon.features.acquire.destination import OwnFile
+from platform_daemon.features.acquire.series_plan import plan_series, series_work
+from platform_daemon.features.fit.fit import fit_frame
+from platform_daemon.features.fit.fit_request import FitRequest
+from platform_daemon.processes.assembly import start_engine
 from tests.kit.data import ROOT
 
-DOCUMENT = ROOT / "docs" / "accuracy.md"
+DOCUMENT = ROOT / "docs" / "evidence" / "accuracy.md"
 RX_S = {"thread": 6.0, "jewel": 2.0}
 """RX windows: long enough for D30 (4.9 s and about 1.3 s); the thread's next shot then starts from 23 % of the last."""
 
@@ -64,7 +66,9 @@ def record(variant: str, chain: str, shots: int, target: Path, seed: int = 1) ->
     engine = start_engine(load_platform("simulated", chosen))
     try:
         asked = {"resonator": variant, "shots": shots, "sequence": {"rx_s": RX_S[variant]}, "window": None}
-        job = engine.acquire(engine.plan(AcquisitionRequest(**asked)), target, target.parent)  # type: ignore[arg-type]
+        job = engine.submit(
+            series_work(engine, plan_series(engine, AcquisitionRequest(**asked)), OwnFile(target, target.parent))
+        )  # type: ignore[arg-type]
         job.ended.wait()
         if job.error is not None:
             raise job.error

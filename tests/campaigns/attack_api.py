@@ -17,14 +17,14 @@ from pathlib import Path
 
 import httpx2
 
-from platform_daemon.api.context import EXAMPLE_RECORDING
+from platform_daemon.core.web.context import EXAMPLE_RECORDING
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.command_line import wait_for
 from tests.kit.daemon_process import daemon
 from tests.kit.data import DATA
 from tests.kit.rest import finished, pages
 
-CONFIG = Path(__file__).parents[1] / "api/schemathesis.toml"
+CONFIG = Path(__file__).parents[1] / "core/web/schemathesis.toml"
 PROGRAM = Path(sys.executable).with_name("schemathesis")
 PATIENCE_S = 1.0  # a job may run so long, so that no series of a million shots keeps the others from their turn
 
@@ -35,6 +35,7 @@ def attack(folder: Path, *runs: Sequence[str]) -> list[subprocess.CompletedProce
         # Whoever attacks waits ten seconds for an answer; what is loaded once may take longer on a busy computer.
         wait_for(lambda: client.get("/ready").status_code == 200, 120)
         client.post("/predict", json={"resonator": "jewel"})
+        client.get("/openapi.json")
         _prepare(client, folder / "data/recordings")
         ended = threading.Event()
         thread = threading.Thread(target=_cancel_all, args=(client, ended), daemon=True)
@@ -63,7 +64,7 @@ def _prepare(client: httpx2.Client, recordings: Path) -> None:
 def _cancel_all(client: httpx2.Client, ended: threading.Event) -> None:
     while not ended.wait(PATIENCE_S):
         for kind in ("procedures", "acquisitions", "calibrations", "fits", "diagnoses"):
-            for job in (job for page in pages(client, f"/{kind}", 1000) for job in page):
+            for job in (job for page in pages(client, f"/{kind}", 1000) for job in page["items"]):
                 if job["state"] in ("queued", "running"):
                     client.delete(job["links"]["self"])
 

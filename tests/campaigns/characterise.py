@@ -2,9 +2,9 @@
 
     python -m tests.campaigns.characterise thread jewel thread_imperfect jewel_imperfect --shots 100
 
-Prints the tables of docs/characterise.md.  Fields and windows are the presets': 80 % of the fields at which the paper
-saw side modes.  Of a rigid body the truths of f_nat and lambda are those of the main mode in small motions, defects
-included; T_f/I is that of a contact that only spins, which a tilted one does not.
+Prints the tables of docs/explanation/design-and-paper.md.  Fields and windows are the presets': 80 % of the fields at
+which the paper saw side modes.  Of a rigid body the truths of f_nat and lambda are those of the main mode in small
+motions, defects included; T_f/I is that of a contact that only spins, which a tilted one does not.
 """
 
 from __future__ import annotations
@@ -18,11 +18,13 @@ from pathlib import Path
 from statistics import fmean
 from typing import Any
 
-from platform_daemon.app import start_engine
-from platform_daemon.schemas import CharacterisationReport, ParameterUncertainty, definition_of
-from platform_daemon.schemas.requests import AcquisitionRequest
-from platform_daemon.settings import load_platform
-from platform_daemon.store.truth import read_truth
+from platform_daemon.core.recordings.truth import read_truth
+from platform_daemon.core.schemas.parameters import definition_of
+from platform_daemon.core.schemas.requests import AcquisitionRequest
+from platform_daemon.core.settings import load_platform
+from platform_daemon.features.acquire.series_plan import plan_series
+from platform_daemon.features.characterise.schema import CharacterisationReport, ParameterUncertainty
+from platform_daemon.processes.assembly import start_engine
 from tests.kit.command_line import here
 
 TRUTHS = {
@@ -72,7 +74,7 @@ def hardware_s(name: str, shots: int) -> float:
     """What the plan says that the series takes."""
     engine = start_engine(load_platform("simulated"))
     try:
-        return engine.plan(AcquisitionRequest(resonator=name, shots=shots, blank_shots=4)).summary().duration_s
+        return plan_series(engine, AcquisitionRequest(resonator=name, shots=shots, blank_shots=4)).summary().duration_s
     finally:
         engine.close()
 

@@ -1,7 +1,7 @@
 """Undeclared effects on the simulated platform, one, two, nameless or none: are they named, and what does it cost?
 
 Strengths are multiples of the standard deviation that the score test finds beside the declared parameters, so that
-every effect is equally visible. As a program it writes docs/diagnosis-study.md:
+every effect is equally visible. As a program it writes docs/evidence/diagnosis-study.md:
 python -m tests.campaigns.diagnosis_study
 """
 
@@ -31,12 +31,11 @@ from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation.physics.models import model_named
+from tests.campaigns.diagnosis_study_page import RATE_HZ, SAMPLE_SD, document, limits, row
 from tests.kit.data import ROOT
 from tests.kit.undeclared_shots import shots_with
 
-from .diagnosis_study_page import RATE_HZ, SAMPLE_SD, document, limits, row
-
-DOCUMENT = ROOT / "docs" / "diagnosis-study.md"
+DOCUMENT = ROOT / "docs" / "evidence" / "diagnosis-study.md"
 POSES: dict[str, tuple[float, float, float] | None] = {"as mounted": None, "tilted": (0.6, -0.3, -1.1)}
 TORQUES = (
     "coulomb_friction", "hertz_friction", "quadratic_drag", "angle_dependent_damping", "restoring_anharmonicity",
@@ -132,9 +131,9 @@ def visible(variant: str, pose: str, shots: int, rx_s: float | None = None) -> d
     clean, _ = shots_with(variant, count=shots, rx_s=rx_s, pose=POSES[pose])
     model = model_named(variant)
     with shot_pool() as pool:
-        started, _ = initial_fits(clean, model, pool)
-        base = fit_jointly(started, Hypothesis(model), pool)
-        window_s = float(started[0].time_s[-1])
+        prepared, _ = initial_fits(clean, model, pool)
+        base = fit_jointly(prepared, Hypothesis(model), pool)
+        window_s = float(prepared[0].time_s[-1])
         seen = score_table(base, [*candidates_for(base), settling_candidate(window_s)], pool)
     found: dict[tuple[Any, ...], float] = {}
     for block in seen.blocks:

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
 if TYPE_CHECKING:
-    from .diagnosis_study import Outcome
+    from tests.campaigns.diagnosis_study import Outcome
 
 Visible = Callable[[str, str, int], Mapping[tuple[Any, ...], float]]
 
@@ -33,7 +33,7 @@ _LARGEST = {
 _LIMITS = """Strength in the effect's unit (frequency drift relative, in 1/s; Stribeck friction at the velocity scale
 named) that is found in 95 of 100 cases: {sigma:g} standard deviations of the score test beside the declared parameters,
 shots as in the study; the shares found at 5 and 6 sigma, above, were drawn, and this lies on the line through them.
-What stands beside the signal is looked for at any frequency or decay time: its limits allow for the number of these. A
+Additive signals are searched for at any frequency or decay time: its limits allow for the number of these. A
 whole sample lost from one shot is always seen (its place is known to 0.04 samples).
 """
 
@@ -104,7 +104,7 @@ def row(outcome: Outcome) -> str:
 
 _HEAD = """# Does the diagnosis name what is missing?
 
-Simulated recordings of {shots} shots with effects that nobody declared to the diagnosis, made by `sim_backend`, whose
+Simulated recordings of {shots} shots with effects that were not declared to the diagnosis, made by `sim_backend`, whose
 effect code is its own. Strength: drawn at random around multiples of the standard deviation with which the score test
 sees the effect beside the declared parameters of all shots. Nameless effects (memory torques, a gap that breathes, a
 second mode that beats) are in no list of candidates; right is every verdict but `explained`. Written by
@@ -117,11 +117,12 @@ Parameters: share of the recordings whose effects are named exactly in which eve
 standard deviations of the truth, without those that the effects absorb whatever their size (m_r beside a gain, R beside
 crosstalk, psi and phi_max beside a delay, f_nat beside a torsion); in the rows, the parameter farthest off.
 
-Told: an effect that gains little beside what the named ones gain is not named, because it may only mend their shape; a
-note says that it is there, by how much, and the errors of the parameters span it. The strength of a weak effect is what
-it has alone: where a strong one moves f_nat away from the drive the swing is small, and the weak one may show nothing.
+Noted: an effect that gains little beside what the named ones gain is not named, because it may only mend their
+shape; a note says that it is there, by how much, and the errors of the parameters span it. The strength of a weak
+effect is what it has alone: where a strong one moves f_nat away from the drive the swing is small, and the weak one
+may show nothing.
 
-| undeclared | strength | cases | named or in its set | or told | a wrong name | worst chi2/dof after | parameters |
+| undeclared | strength | cases | named or in its set | or noted | a wrong name | worst chi2/dof after | parameters |
 |---|---|---|---|---|---|---|---|
 """
 _TABLE = """

@@ -1,6 +1,6 @@
 """A series of each resonator over the emulated wires, next to the same series simulated in process.
 
-    python -m tests.campaigns.emulated_series --page docs/emulated-series.md
+    python -m tests.campaigns.emulated_series --page docs/evidence/emulated-series.md
 
 Two processes per resonator, as in a lab: `platform-daemon emulate` and `platform-daemon measure`.  The worlds have the
 same seed; what they would do differently by themselves, because real time passes between shots (temperature, and
@@ -26,10 +26,10 @@ from typing import Any
 import numpy as np
 
 from drivers.red_pitaya.sines import AMPLITUDE_STEP_V
-from platform_daemon.store.header import FitTable
-from platform_daemon.store.reader import open_recording
-from platform_daemon.store.recording import Recording
-from platform_daemon.store.truth import read_truth
+from platform_daemon.core.recordings.header import FitTable
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.recordings.recording import Recording
+from platform_daemon.core.recordings.truth import read_truth
 from tests.campaigns.standstill import LATE_S, Standstills, idle_late_s
 from tests.kit.command_line import COMMAND
 from tests.kit.emulator_process import STEADY, emulator
@@ -173,7 +173,7 @@ def timing(name: str, wires: Series, simulated: Series) -> tuple[list[str], floa
         f" {mine.rx_samples} |",
         f"| {name} | power at the coils, samples, least and most | {gates.min():.6f}, {gates.max():.6f} |",
         f"| {name} | time between shots beyond their windows, ms, least, median, most | {spread(dead_s)} |",
-        f"| {name} | the same, of the {ran.sum()} of {ran.size} in which nobody woke late |"
+        f"| {name} | the same, of the {ran.sum()} of {ran.size} in which that thread woke in time |"
         f" {spread(dead_s[ran]) if ran.any() else '-'} |",
         f"| {name} | power on a connected receiver, times | {wires.violations} |",
     ]
@@ -190,10 +190,10 @@ PAGE = """# A series over the emulated wires
 {shots} shots of each resonator over two I/O cards (TCP), switch and LNA (serial) and amplifier (USBTMC), with
 `platform-daemon emulate` and `platform-daemon measure` as two processes, next to the same series simulated in process
 with the same seed. Written by `make emulated-series`. The cards write their sequence memory in no time here, so that
-the time between shots is the daemon's; the real server takes some 100 ms more ([wiring.md](wiring.md)).
+the time between shots is the daemon's; the real server takes some 100 ms more ([measured](real-card-server.md)).
 
 Lengths and gates are read from the world's own record, the time between shots from its trigger times. A thread
-of a third process sleeps beside it, and notes when it wakes late by more than {late_ms:g} ms: then others had
+of a third process sleeps meanwhile, and records when it wakes late by more than {late_ms:g} ms: then others had
 the cores, or the computer stood still. For comparison: in {idle_s:g} s before all this began, with nothing of ours
 running, the same thread woke late {idle_times} times, by {idle_most_ms:.1f} ms at most.
 

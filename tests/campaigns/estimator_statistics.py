@@ -1,6 +1,6 @@
 """What the errors of many fits look like: scatter at the Cramer-Rao bound, no bias, honest intervals, no failures.
 
-As a program it draws everything and writes docs/estimator-statistics.md:
+As a program it draws everything and writes docs/evidence/estimator-statistics.md:
 python -m tests.campaigns.estimator_statistics
 """
 
@@ -31,7 +31,7 @@ from tests.kit.data import ROOT
 from tests.kit.paper_datasets import DATASETS
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, random_truth, with_noise
 
-DOCUMENT = ROOT / "docs" / "estimator-statistics.md"
+DOCUMENT = ROOT / "docs" / "evidence" / "estimator-statistics.md"
 SHARES = (math.erf(1.0 / math.sqrt(2.0)), 0.95)
 FLOOR = 0.05  # relative error of m_r beyond which a result must be refused
 NEAR = (0.03, 0.08)  # predicted errors for which the estimated one may fall on either side of the floor

@@ -20,8 +20,8 @@ from scipy.integrate import solve_ivp
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import minimize
 
-from platform_daemon.estimation import DrivenModel, model_named, plan_for_all
-from platform_daemon.estimation.physics.driven import plan_phase
+from platform_daemon.estimation.physics.driven import DrivenModel, plan_for_all, plan_phase
+from platform_daemon.estimation.physics.models import model_named
 from sequences.lobes import Lobes
 
 FRAMES, RX_S, FIELD_T = 6, 0.3, 40e-6
@@ -274,10 +274,10 @@ def robustness(periods: list[int]) -> list[str]:
 
 HEAD = """# How far drives of equal field swing a rotor
 
-Written by `python -m tests.campaigns.excitation --page docs/excitation-study.md`; do not edit. Rotor and coil are
-those of the Hamburg group (814 Hz,
+Written by `python -m tests.campaigns.excitation --page docs/evidence/excitation-study.md`; do not edit. Rotor and
+coil are those of the Hamburg group (814 Hz,
 Q = 852, sphere of 0.5 mm radius, 40 µT peak); the truth is scipy's DOP853 with an equation of its own. What the
-drives are: [excitation.md](excitation.md).
+drives are: [the keys of a drive](../reference/configuration.md#excitation).
 
 ## Six frames in a row
 

@@ -1,6 +1,6 @@
 """Ramps by the hundred on the simulated world: the threshold found beside the world's own, overshoot, false stops.
 
-python -m tests.campaigns.ramp --page docs/ramp-study.md --journal ramps.jsonl
+python -m tests.campaigns.ramp --page docs/evidence/ramp-study.md --journal ramps.jsonl
 python -m tests.campaigns.ramp --only "thread, as shipped" --ramps 10
 
 Every shot is what the world's rotor does from rest at that field, found once every 2 uT, and noise that the world makes
@@ -22,10 +22,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from platform_daemon.analysis.side_modes import Escalation, RampPlan, ZNoise, z_residual
-from platform_daemon.schemas import RampRequest
+from platform_daemon.features.ramp.escalation import Escalation, RampPlan
+from platform_daemon.features.ramp.schema import RampRequest
+from platform_daemon.features.ramp.z_residual import ZNoise, z_residual
 from sim_backend.world.side_motion import VISIBLE_AM2_PER_S
-from tests.kit.data import ROOT
 from tests.kit.side_modes import changed
 from tests.kit.simulated_bench import CLOCK, QUIET, Bench
 
@@ -117,7 +117,7 @@ def dipole(bench: Bench, field_t: float, rx_s: float) -> NDArray[np.float64]:
     """dm/dt (3, n) of a shot, as an exact calibration makes it."""
     samples = int(rx_s * CLOCK.rate_hz)
     volts = bench.shot(field_t, rx=samples, chunk=samples)
-    setup, _ = bench.backend.world.player.result()
+    setup, _ = bench.backend.world.shot_simulator.result()
     found: NDArray[np.float64] = (
         -np.linalg.inv(setup.lna_gain * setup.sensitivity_t_per_a) @ (volts[:, setup.timeline.rx_start :])
     )
@@ -179,8 +179,8 @@ def told(case: Case, true_ut: float | None, ramps: Sequence[Outcome]) -> str:
 
 HEAD = """# Ramps by the hundred
 
-Written by `python -m tests.campaigns.ramp --page docs/ramp-study.md`; do not edit. Every ramp has noise of its own;
-how the shots are made, and what is left out, is in the first lines of `tests/campaigns/ramp.py`. Fields in µT.
+Written by `python -m tests.campaigns.ramp --page docs/evidence/ramp-study.md`; do not edit. Every ramp has noise of
+its own; how the shots are made, and what is left out, is in the first lines of `tests/campaigns/ramp.py`. Fields in µT.
 *True*: where the world's own z residual first passes 0.4 A m²/s. *Inside*: ramps whose 95 % interval holds the true
 threshold. *Above by*: the highest field of any ramp less the true threshold; *above in*: ramps with a shot above it.
 *Ladder*: shots of the paper's plain steps of 10 µT, one shot each, up to the first above the true threshold.
@@ -210,7 +210,7 @@ def main() -> int:
     parser.add_argument("--only", help="the case of this name")
     parser.add_argument("--ramps", type=int, help="of every case; else 20, 100 or 500; 0: none but the journal's")
     parser.add_argument("--journal", type=Path, help="finished ramps, which are not run again")
-    parser.add_argument("--page", type=Path, help=f"write it, as {(ROOT / 'docs/ramp-study.md').relative_to(ROOT)}")
+    parser.add_argument("--page", type=Path, help="write it, as docs/evidence/ramp-study.md")
     asked = parser.parse_args()
     cases = [case for case in CASES if asked.only in (None, case.name)]
     if not cases:

@@ -1,6 +1,6 @@
 """A series that is cut off again and again, resumed each time, against the same series left alone.
 
-python -m tests.campaigns.resume_kills --kills 200 --page docs/resume-kills.md
+python -m tests.campaigns.resume_kills --kills 200 --page docs/evidence/resume-kills.md
 
 A daemon on the simulated platform measures series; the process that owns the hardware is killed (SIGKILL) at random
 moments, and the series is resumed by REST once it is back, until it is whole.  Each recording must have every shot
@@ -26,7 +26,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from platform_daemon.store import Recording, open_recording
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.recordings.recording import Recording
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.data import ROOT
 from tests.kit.emulator_process import STEADY
@@ -46,12 +47,12 @@ SPREAD = 0.05
 _CUTS = 4  # of one series
 _BACK_S = 60.0
 _SERIES_S = 600.0  # a whole series, beside other programs
-HEAD = """# Series that were cut off and resumed
+HEAD = """# Series that were killed and resumed
 
 `make resume-kills` (`python -m tests.campaigns.resume_kills {arguments}`): series of {shots} shots (jewel, RX 0.6 s,
 fits in N50) on the simulated platform; the process that owns the hardware is killed (SIGKILL) at random moments, and
 the series is resumed by `POST /acquisitions/ID/resume` once it is back. Fits are held against {alone} series of the
-same kind that nobody cut off: (value - their mean) / standard deviation, for {compared}.
+same kind that were not interrupted: (value - their mean) / standard deviation, for {compared}.
 
 | | |
 |---|---|

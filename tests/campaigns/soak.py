@@ -1,6 +1,6 @@
 """Many scheduled series at simulated speed, with fits, while others listen and poll.
 
-python -m tests.campaigns.soak --shots 20000 --listeners 50 --page docs/soak.md
+python -m tests.campaigns.soak --shots 20000 --listeners 50 --page docs/evidence/soak.md
 
 Each series is a start of one schedule.  After each: resident memory and open handles of the processes, and the trend of
 the specimen is asked for; the last series must not take longer than the first.  Meanwhile listeners take all events,
@@ -28,8 +28,8 @@ from pathlib import Path
 import httpx2
 import psutil
 
-from platform_daemon.analysis import update_index
-from platform_daemon.store.recording_index import INDEX
+from platform_daemon.core.recordings.recording_index import INDEX
+from platform_daemon.features.trends.indexed import update_index
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.data import ROOT
 from tests.kit.served import Served, served
@@ -197,7 +197,7 @@ def _schedule(daemon: Served) -> str:
     asked = {"name": "soak", "trigger": {"at": ["2099-01-01T00:00:00"]}, "work": work}  # all starts are by hand
     answer = daemon.post("/schedules", asked)
     assert answer.status_code == 201, answer.text
-    return str(answer.json()["identifier"])
+    return str(answer.json()["id"])
 
 
 def _one(daemon: Served, schedule: str, found: Found) -> None:
@@ -209,7 +209,7 @@ def _one(daemon: Served, schedule: str, found: Found) -> None:
     began = time.monotonic()
     number = answer.json()["number"]
     while True:
-        row = daemon.get(f"/schedules/{schedule}/ledger?after={number - 1}&limit=1").json()["rows"][0]
+        row = daemon.get(f"/schedules/{schedule}/ledger?after={number - 1}&limit=1").json()["items"][0]
         if row["state"] not in ("due", "started"):
             break
         time.sleep(0.2)
@@ -262,7 +262,7 @@ def page(found: Found, arguments: str) -> str:
         ("series that did not end well", f"{len(found.failed)} {'; '.join(found.failed[:3])}"),
         ("listeners with events in another order, a gap or one twice", str(found.out_of_order)),
         ("shots and fits that a listener has not heard of", str(found.missing)),
-        ("events that a listener was told it would not get", str(found.dropped)),
+        ("events that a listener was informed of as dropped", str(found.dropped)),
         ("from a shot to its fit", _times(found.fit_s)),
         ("a series, in the first and in the last quarter", " and ".join(f"{s:.1f} s" for s in found.quarters_s())),
         ("state of the platform, median", f"{1e3 * found.percentile_s(0.5):.0f} ms"),

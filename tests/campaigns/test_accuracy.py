@@ -14,6 +14,7 @@ def test_fits_of_simulated_shots_are_true_within_their_errors(tmp_path, variant,
     assert abs(found.pulls.mean(axis=0)).max() < 4.5 / shots**0.5
 
 
+@pytest.mark.long
 def test_leaving_the_frequency_response_out_biases_the_moment_by_several_sigma(tmp_path):
     found = judge(record("jewel", "non_ideal", 4, tmp_path / "a.h5"), "uncorrected", corrected=False)
     assert abs(found.pulls[:, found.names.index("m_r_am2")].mean()) > 3

@@ -75,6 +75,7 @@ def test_a_few_records_are_scored_and_kept(command: Command, tmp_path: Path) -> 
     assert "3 of 3 synthetic" in document(scores, 3, SEED)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", BAD)
 def test_a_bad_input_never_ends_in_a_traceback(command: Command, tmp_path: Path, name: str) -> None:
     path = write_bad(name, tmp_path)

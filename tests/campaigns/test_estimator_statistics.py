@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from .estimator_statistics import Outcome, Scatter, outcomes, scatter, scatter_section, truths_row
+from tests.campaigns.estimator_statistics import Outcome, Scatter, outcomes, scatter, scatter_section, truths_row
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["JN50", "TN50"])
 def test_scatter_bias_and_coverage_of_a_short_series(name):
     assert scatter(name, 150).complaints() == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["JN50", "TN50"])
 def test_errors_are_honest_with_the_noise_of_the_record_itself(name):
     assert scatter(name, 100, own_noise=True).complaints() == []

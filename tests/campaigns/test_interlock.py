@@ -14,6 +14,7 @@ def test_power_never_meets_the_receiver_whatever_is_done_in_whatever_order():
     assert {step for step, _ in found.visits} >= {"shot", "rescue", "restart", "shot with a loose line", "trip"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
 def test_a_planted_mistake_is_found(mutant):
     assert run(10_000, number=200, mutant=mutant).why

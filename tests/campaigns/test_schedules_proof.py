@@ -6,8 +6,8 @@ from itertools import islice, takewhile
 
 import pytest
 
-from platform_daemon.schedules.calendar import Calendar
-from platform_daemon.schemas import ScheduleRequest
+from platform_daemon.features.schedules.calendar import Calendar
+from platform_daemon.features.schedules.schema import ScheduleRequest
 from tests.campaigns.schedules_proof.kills import scheduler_kills
 from tests.campaigns.schedules_proof.oracle import due
 from tests.campaigns.schedules_proof.years import PLANS, YEAR, Years
@@ -37,6 +37,7 @@ def test_instants_of_two_years_are_those_of_the_oracle(name):
     assert found == expected
 
 
+@pytest.mark.long
 def test_every_instant_stands_in_the_ledger_once_whatever_the_clock_does(tmp_path):
     told = Years(tmp_path, 0.3, seed=3, step_s=3600.0).run()
     assert told.wrong == []
@@ -44,6 +45,7 @@ def test_every_instant_stands_in_the_ledger_once_whatever_the_clock_does(tmp_pat
     assert told.struck["deaths"] > 3
 
 
+@pytest.mark.long
 def test_kills_at_any_point_lose_no_start_and_double_none(tmp_path):
     found = scheduler_kills(tmp_path, 8)
     assert found.wrong == []

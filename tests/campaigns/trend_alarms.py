@@ -1,6 +1,6 @@
 """Half years of a specimen with a known change, and what its trend says of them: false alarms, delays, names.
 
-    python -m tests.campaigns.trend_alarms --years 200 --page docs/trend-alarms.md
+    python -m tests.campaigns.trend_alarms --years 200 --page docs/evidence/trend-alarms.md
 
 What is drawn are the estimates of shots: a scatter from shot to shot, and a temperature with days, seasons, weather
 and a sensor that is not quite right, which they follow exponentially. Files and fits are left out: four shots a day
@@ -21,9 +21,9 @@ from pathlib import Path
 
 import numpy as np
 
-from platform_daemon.analysis.trends.trend import POINTS_TO_FALSE_ALARM, specimen_trend
-from platform_daemon.schemas import TrendReport
-from platform_daemon.store import IndexedPoint, IndexedRecording
+from platform_daemon.core.recordings.indexed import IndexedPoint, IndexedRecording
+from platform_daemon.features.trends.schema import TrendReport
+from platform_daemon.features.trends.trend import POINTS_TO_FALSE_ALARM, specimen_trend
 
 A_DAY, DAYS = 4, 182
 AGAIN = 5  # half years of nothing: alarms are few there
@@ -173,7 +173,8 @@ def page(rows: Sequence[str], years: int, took_s: float) -> str:
             f"`make trend-alarms` (`tests/campaigns/trend_alarms.py` says what is drawn) in {took_s / 60:.0f} min.",
             "",
             f"The charts are set to one false alarm in {POINTS_TO_FALSE_ALARM:g} points over all of them",
-            f"([trends](trends.md)). So {stated:.1%} of the half years should have one where nothing happens; in the",
+            "([how trends are computed](../howto/nights-and-schedules.md#trends-of-a-specimen)). So "
+            f"{stated:.1%} of the half years should have one where nothing happens; in the",
             f"other rows an alarm counts as false before the change, where {before:.1%} should have one.",
             "",
             "| case | half years with a false alarm | noticed | median delay in shots (95 %) | called |",

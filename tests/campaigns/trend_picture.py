@@ -1,4 +1,4 @@
-"""The picture of docs/trends.md: a half year with two changes.
+"""The picture of docs/howto/nights-and-schedules.md: a half year with two changes.
 
 python -m tests.campaigns.trend_picture
 """
@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from platform_daemon.analysis.trends.trend import specimen_trend
-from platform_daemon.reports import save_trend_png
+from platform_daemon.features.trends.figure import save_trend_png
+from platform_daemon.features.trends.trend import specimen_trend
 from tests.campaigns.trend_alarms import BEFORE_DAYS, CASES, half_year
 from tests.kit.data import ROOT
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from platform_daemon.app import start_engine
-from platform_daemon.settings import load_platform
+from platform_daemon.core.settings import load_platform
+from platform_daemon.processes.assembly import start_engine
 from tests.kit.tunes import DESIGN_HZ, off_design, tuned
 
 RATIOS = (0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15)

@@ -1,16 +1,18 @@
 """Kills inside the write path: at every call that touches the disk, before and after it, and at random moments.
 
-python -m tests.campaigns.write_kills --kills 1000 --page docs/write-kills.md
+python -m tests.campaigns.write_kills --kills 1000 --page docs/evidence/write-kills.md
 
 A process writes series of four shots and the records of a job; each is acknowledged when the writer says so.  It is
 killed (SIGKILL), the folder is opened as at a start of the daemon, and what is there is counted.  In a second part the
-start itself is killed, at every call, and made again.
+start itself, which assembles series and imports the files of jobs of an earlier version, is killed at every call, and
+made again.
 """
 
 from __future__ import annotations
 
 import argparse
 import itertools
+import json
 import logging
 import multiprocessing
 import os
@@ -27,22 +29,27 @@ from pathlib import Path
 
 import numpy as np
 
-from platform_daemon.serving import log_from
-from platform_daemon.store.data_folder import open_data_folder
-from platform_daemon.store.durable import write_file
-from platform_daemon.store.reader import open_recording
-from platform_daemon.store.series_writer import SeriesWriter
-from tests.kit.data import ROOT
+from platform_daemon.core.recordings.data_folder import open_data_folder
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.recordings.series_writer import SeriesWriter
+from platform_daemon.core.state.database import Database
+from platform_daemon.core.state.durable import write_file
+from platform_daemon.core.state.logs import log_from
+from platform_daemon.core.state.state_file import STATE, STATE_SCHEMA, UPSERT_JOB
 from tests.kit.recording_files import header, shot, volts
+from tests.kit.stored_jobs import job_texts
 
 SHOTS = 4
+EARLIER = 3
+"""Jobs of an earlier version, each in a file."""
 CALLS = ("open", "fsync", "replace", "rename", "link", "mkdir", "unlink", "rmdir", "write", "close", "posix_fallocate")
 HEAD = """# Kills in the write path
 
 `make write-kills` (`python -m tests.campaigns.write_kills {arguments}`). A process writes series of {shots} shots and
 the record of a job, and is killed with SIGKILL: at every call that touches the disk, before and after it, then at
-random moments; so is the start that puts together what it left. Then the folder is opened as at a start of the daemon.
-Lost: acknowledged, and not there with all its samples. Doubled: there twice. Junk: neither recording nor record.
+random moments; so is the start that assembles what it left and imports jobs of an earlier version. Then the folder is
+opened as at a start of the daemon. Lost: a shot or a record of a job that was acknowledged, and is not there as it was.
+Doubled: there twice. Junk: neither recording nor record.
 
 | killed | kills | shots acknowledged | lost | doubled | junk |
 |---|---|---|---|---|---|
@@ -92,14 +99,16 @@ class Trap:
 
 
 def write(folder: Path, told: Connection, number: int | None, *, after: bool, ever: bool) -> None:
-    """Series after series if `ever`, else one; each shot is acknowledged as (series, shot)."""
+    """Series after series if `ever`, else one; shots are acknowledged as (series, shot), records as [job, shot]."""
     trap = Trap(number, after=after)
+    state = Database(folder / STATE, STATE_SCHEMA)
     for series in itertools.count() if ever else (0,):
         with SeriesWriter.create(folder / f"recordings/s{series}.h5", header(planned_shots=SHOTS)) as writer:
             for k in range(1, SHOTS + 1):
                 writer.add_shot(shot(k))
                 told.send((series, k))
-                write_file(folder / f"jobs/s{series}.json", f'{{"shots": {k}}}'.encode())
+                state.execute(UPSERT_JOB, (f"s{series}", "running", f'{{"shots": {k}}}'))
+                told.send([f"s{series}", k])
             writer.finish()
     told.send(trap.calls)
 
@@ -138,6 +147,11 @@ def look(folder: Path, said: list[object], found: Found) -> None:
     """Open the folder as at a start, and count."""
     open_data_folder(folder).lock.close()  # type: ignore[union-attr]
     acknowledged = {each for each in said if isinstance(each, tuple)}
+    jobs = {name: json.loads(text)["shots"] for name, text in job_texts(folder).items()}
+    records: dict[str, int] = {}
+    for name, shots in (each for each in said if isinstance(each, list)):
+        records[name] = shots
+    found.lost += sum(jobs.get(name, -1) < shots for name, shots in records.items())
     seen: Counter[tuple[int, int]] = Counter()
     for path in (folder / "recordings").glob("*.h5"):
         recording, series = open_recording(path), int(path.name.split(".")[0][1:])
@@ -151,13 +165,14 @@ def look(folder: Path, said: list[object], found: Found) -> None:
     found.junk += [
         p.name for p in (folder / "recordings").iterdir() if p.suffix != ".h5" and not p.name.startswith(".index.db")
     ]
-    found.junk += [p.name for p in (folder / "jobs").iterdir() if p.suffix != ".json"]
+    found.junk += [p.name for p in folder.iterdir() if p.suffix == ".part" or p.name.startswith("jobs")]
 
 
 def fresh(parent: Path) -> Path:
     """An empty data folder."""
     folder = Path(tempfile.mkdtemp(dir=parent))
     open_data_folder(folder).lock.close()  # type: ignore[union-attr]
+    Database(folder / STATE, STATE_SCHEMA).close()
     return folder
 
 
@@ -177,6 +192,10 @@ def at_every_call_of_a_start(parent: Path) -> Found:
     while True:
         folder = fresh(parent)
         said = run(write, folder, _after_three(parent), after=True, ever=False)
+        (folder / "jobs").mkdir()
+        for k in range(EARLIER):
+            write_file(folder / f"jobs/earlier{k}.json", b'{"shots": 0, "state": "done"}')
+            said.append([f"earlier{k}", 0])
         ended = run(start, folder, number, after=after)
         look(folder, said, found)
         if ended:  # it came to its end: there are no further calls
@@ -191,10 +210,13 @@ def _after_three(parent: Path) -> int:
     """Number of the call after which three shots of four are acknowledged and the fourth is not."""
     if parent not in _THREE:
         calls = int(str(run(write, fresh(parent), None, after=False, ever=False)[-1]))
-        _THREE[parent] = next(
-            n for n in range(calls) if len(run(write, fresh(parent), n, after=True, ever=False)) == SHOTS - 1
-        )
+        _THREE[parent] = next(n for n in range(calls) if _shots_before(parent, n) == SHOTS - 1)
     return _THREE[parent]
+
+
+def _shots_before(parent: Path, number: int) -> int:
+    """How many shots are acknowledged when the writer is killed after the call of that number."""
+    return sum(isinstance(each, tuple) for each in run(write, fresh(parent), number, after=True, ever=False))
 
 
 def at_random(parent: Path, kills: int, seed: int) -> Found:
@@ -212,7 +234,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=1000, help="in all, at least; those beyond every call are random")
     parser.add_argument("--seed", type=int, default=1, help="of the random moments")
-    parser.add_argument("--page", type=Path, help=f"write it, as {(ROOT / 'docs/write-kills.md').relative_to(ROOT)}")
+    parser.add_argument("--page", type=Path, help="write it, as docs/evidence/write-kills.md")
     asked = parser.parse_args()
     rows, every = [], []
     log_from(logging.ERROR)
@@ -233,7 +255,7 @@ def main() -> int:
         if each.junk:
             print(sorted(set(each.junk))[:20], file=sys.stderr)
     if asked.page is not None:
-        arguments = f"--kills {asked.kills} --page docs/write-kills.md"
+        arguments = f"--kills {asked.kills} --page docs/evidence/write-kills.md"
         asked.page.write_text(HEAD.format(arguments=arguments, shots=SHOTS) + "\n".join(rows) + "\n", encoding="utf-8")
     return int(not all(each.clean for each in every))
 

@@ -60,6 +60,7 @@ def test_a_time_column_that_is_none_is_bad_input(tmp_path, change, words):
         assert_one_line_error(here(command, path, *options), 2, *words)
 
 
+@pytest.mark.long
 def test_a_hole_in_an_even_column_is_no_bad_input(tmp_path):
     t, angle = swing()
     keep = np.ones(t.size, dtype=bool)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from platform_daemon.settings import locate
+from platform_daemon.core.settings import locate
 from tests.kit.command_line import assert_one_line_error, here, run
 
 

@@ -74,6 +74,7 @@ def test_what_acts_on_one_coil_is_named_by_its_number(tmp_path):
     assert named["strength"]["value"] == pytest.approx(3e-6, rel=0.05)
 
 
+@pytest.mark.long
 def test_what_volts_cannot_be_is_refused_in_one_line(tmp_path):
     volts = without(tmp_path, "calibration")
     assert_one_line_error(here("diagnose", volts, "--observable", "dmdt"), 2, "no sensitivity", "--calibration")

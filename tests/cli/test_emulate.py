@@ -80,6 +80,7 @@ def test_a_missing_file_is_one_line_and_exit_2():
     assert "nowhere" in refused("--config", "nowhere.toml")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_ends_it_cleanly_and_removes_only_what_it_made(tmp_path, number):
     target, mine = tmp_path / "e.json", tmp_path / "mine.txt"

@@ -1,24 +1,31 @@
 """Old recordings go when a person says so, and only those that may."""
 
 import json
+import shutil
 from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from platform_daemon.store import RetentionRules, SeriesWriter, old_recordings, open_recording
-from platform_daemon.store.assembly import header_of
+from platform_daemon.core.recordings.assembly import header_of
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.recordings.retention import RetentionRules, old_recordings
+from platform_daemon.core.recordings.series_writer import SeriesWriter
 from tests.kit.command_line import assert_one_line_error, here
 from tests.kit.specimen_months import months
 
 
-@pytest.fixture
-def recordings(tmp_path):
-    folder = tmp_path / "data" / "recordings"
-    folder.mkdir(parents=True)
+@pytest.fixture(scope="module")
+def originals(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("originals")
     months(folder, 4)
     months(folder, 2, "kept", comment="first light #keep")
     (folder / "broken.h5").write_text("no recording")
     return folder
+
+
+@pytest.fixture
+def recordings(originals, tmp_path):
+    return shutil.copytree(originals, tmp_path / "data" / "recordings")
 
 
 def names(folder):

@@ -12,9 +12,10 @@ import time
 import pytest
 
 from drivers.power_guard import PowerGuard
-from platform_daemon.schemas import Checkup
-from platform_daemon.supervisor import guard_for, place_of
-from platform_daemon.supervisor.lock_file import Cause, Fault, lock, standing
+from platform_daemon.core.guard.fault_latch import Cause, Fault, latch_fault, latched_fault
+from platform_daemon.core.guard.guard_client import guard_for
+from platform_daemon.core.guard.state_dir import state_dir_of
+from platform_daemon.core.schemas.unattended import Checkup
 from tests.kit.dying_host import DyingHost
 from tests.kit.emulated_lab import Lab
 
@@ -60,7 +61,7 @@ def test_outputs_left_on_are_switched_off_and_proved(lab, tmp_path):
     cleared = run("reset-fault", "--by", "anna", *on(lab))
     assert cleared.returncode == 0, cleared.stderr
     assert "cleared by anna" in cleared.stdout
-    assert standing(place_of(lab.file().section)) is None
+    assert latched_fault(state_dir_of(lab.file().section)) is None
     assert lab.violations() == ()
 
 
@@ -93,7 +94,7 @@ def test_a_command_that_owns_the_devices_is_named(lab):
 
 
 def test_doctor_finds_what_is_wrong_and_says_what_to_do(lab, tmp_path):
-    lock(place_of(lab.file().section), FAULT)
+    latch_fault(state_dir_of(lab.file().section), FAULT)
     report = tmp_path / "doctor.json"
     try:
         done = run("doctor", *on(lab), "--data", tmp_path / "new", "--json", report)
@@ -112,6 +113,7 @@ def test_doctor_finds_what_is_wrong_and_says_what_to_do(lab, tmp_path):
     assert all(each.remedy for each in found.values() if each.verdict != "ok")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("folder", ["/proc/data", "file", "file/data", "loop/data", "nowhere", 300 * "a" + "/data"])
 def test_doctor_on_a_folder_that_is_none(tmp_path, folder):
     (tmp_path / "file").write_text("")
@@ -125,7 +127,7 @@ def test_doctor_on_a_folder_that_is_none(tmp_path, folder):
 @pytest.mark.long
 def test_a_daemon_that_runs_is_told_to_stop_and_resets_its_fault(lab, tmp_path):
     data = tmp_path / "data"
-    lock(place_of(lab.file().section), FAULT)
+    latch_fault(state_dir_of(lab.file().section), FAULT)
     command = [sys.executable, "-m", "platform_daemon", "serve", *map(str, on(lab)), "--port", "0", "--data", str(data)]
     with (tmp_path / "log").open("wb") as log:
         daemon = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, start_new_session=True)
@@ -138,7 +140,7 @@ def test_a_daemon_that_runs_is_told_to_stop_and_resets_its_fault(lab, tmp_path):
         assert '"address": "command line", "what": "stop"' in (data / "audit.jsonl").read_text()
         done = run("reset-fault", "--by", "anna", "--reason", "looked", *on(lab))
         assert done.returncode == 0, done.stderr
-        assert standing(place_of(lab.file().section)) is None
+        assert latched_fault(state_dir_of(lab.file().section)) is None
         assert "reset_fault" in (data / "audit.jsonl").read_text()
     finally:
         daemon.terminate()

@@ -10,8 +10,9 @@ from datetime import UTC, datetime, timedelta
 import httpx2
 import pytest
 
-from platform_daemon.schemas.access import Role
-from platform_daemon.store import audit_log_in, tokens_in
+from platform_daemon.core.schemas.access import Role
+from platform_daemon.core.state.audit import audit_log_in
+from platform_daemon.core.state.tokens import tokens_in
 from tests.kit.command_line import COMMAND, assert_one_line_error, here, wait_for
 from tests.kit.data import DATA
 

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from drivers.specimen import Magnets
+from platform_daemon.core.settings import load_specimen
 from platform_daemon.design.equations import (
     PAPER_JEWEL,
     PAPER_MAGNETS,
@@ -18,7 +19,6 @@ from platform_daemon.design.equations import (
     friction_increase,
     moment_of_inertia,
 )
-from platform_daemon.settings import load_specimen
 
 
 def scaled(magnets: Magnets, by: float) -> Magnets:

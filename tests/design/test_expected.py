@@ -7,8 +7,8 @@ import math
 import pytest
 
 from drivers.specimen import Specimen
-from platform_daemon.design.expected import expected_inertia, expected_moment, expected_omega
-from platform_daemon.settings import load_specimen
+from platform_daemon.core.settings import load_specimen
+from platform_daemon.design.equations import expected_inertia, expected_moment, expected_omega
 from sim_backend.rotor.rotor import design
 
 NAMES = ["thread", "jewel"]

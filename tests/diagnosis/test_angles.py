@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis import DiagnosisShot, diagnose_shots, diagnosis_report
-from platform_daemon.estimation import MODELS, RingDownRecord, estimate_noise
+from platform_daemon.diagnosis.diagnose import diagnose_shots
+from platform_daemon.diagnosis.report import diagnosis_report
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot
+from platform_daemon.estimation.noise.model import estimate_noise
+from platform_daemon.estimation.physics.models import MODELS
+from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.pendulum import NATURAL_HZ, RATE, kicked, swing
 
 

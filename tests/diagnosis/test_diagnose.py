@@ -129,6 +129,7 @@ def test_lost_samples_are_a_flaw_of_the_data_and_not_physics():
     assert report["verdict"] == "explained"
 
 
+@pytest.mark.long
 def test_friction_that_differs_from_shot_to_shot_is_scatter():
     report, _ = found("jewel", count=5, effects__friction_scatter__relative_sd=0.5)
     assert report["verdict"] == "nothing_missing"
@@ -161,8 +162,8 @@ def test_shots_without_a_signal_are_refused_with_the_reason():
 def test_the_basis_from_tables_is_that_of_the_direct_path():
     shots, _ = shots_with("jewel", count=1)
     with shot_pool() as pool:
-        started, _ = initial_fits(shots, JEWEL, pool)
-    d, dt_s = started[0].state.dynamics, 1.0 / shots[0].rate_hz
+        prepared, _ = initial_fits(shots, JEWEL, pool)
+    d, dt_s = prepared[0].state.dynamics, 1.0 / shots[0].rate_hz
     fast = Workspace(JEWEL).basis(d, 100, 60000, dt_s, 0)
     exact = Trajectory(JEWEL, d, 60000 * dt_s).basis(100, 60000, dt_s, 0)
     size = np.max(np.abs(exact), axis=1, keepdims=True)
@@ -173,14 +174,14 @@ def test_the_basis_from_tables_is_that_of_the_direct_path():
 def test_the_answer_to_any_torque_agrees_with_the_derivative_of_a_known_one(model):
     shots, _ = shots_with(model.name, count=1)
     with shot_pool() as pool:
-        started, _ = initial_fits(shots, model, pool)
-        at = fit_jointly(started, Hypothesis(model), pool)
+        prepared, _ = initial_fits(shots, model, pool)
+        at = fit_jointly(prepared, Hypothesis(model), pool)
     linear, w = at.linear[0], at.states[0].dynamics.w
-    answer = torque_responses(started[0], model, at.states[0], lambda phi, v: (-2.0 * v)[None])
-    column = started[0].white(answer)[0]
+    answer = torque_responses(prepared[0], model, at.states[0], lambda phi, v: (-2.0 * v)[None])
+    column = prepared[0].white(answer)[0]
     place = 3 + [c.name for c in model.coefficients].index("lambda_per_s")
     # A lambda of 1/s is a damping of 1/w; both begin at different times, which the shot's own parameters take up.
-    assert np.linalg.norm(linear.beside(column)) < 1e-3 * np.linalg.norm(column)
+    assert np.linalg.norm(linear.without_own(column)) < 1e-3 * np.linalg.norm(column)
     assert np.linalg.norm(column) == pytest.approx(w * np.linalg.norm(linear.base()[:, place]), rel=0.1)
 
 
@@ -188,12 +189,12 @@ def test_a_refit_follows_a_bent_valley_to_its_end():
     """A bias torque turns the orientation by hundreds of its standard deviations: single steps there go up."""
     shots, _ = shots_with("thread", [{"id": "bias_torque", "strength": 4000.0}], count=2)
     with shot_pool() as pool:
-        started, _ = initial_fits(shots, THREAD, pool)
-        base = fit_jointly(started, Hypothesis(THREAD), pool)
+        prepared, _ = initial_fits(shots, THREAD, pool)
+        base = fit_jointly(prepared, Hypothesis(THREAD), pool)
         bias = [c for c in candidates_for(base) if c.effect.id == "bias_torque"]
         seen = score_table(base, bias, pool)
         expected = seen.gain([seen.blocks[0]])
-        at = fit_jointly(started, base.hypothesis.plus(*bias), pool, base.states)
+        at = fit_jointly(prepared, base.hypothesis.plus(*bias), pool, base.states)
     assert base.chi2 - at.chi2 == pytest.approx(expected.gain * base.noise_factor, rel=0.02)
     assert at.strengths[0] == pytest.approx(4000.0, abs=4.5 * expected.sd[0])
     assert np.sqrt(at.covariance[0, 0]) == pytest.approx(expected.sd[0], rel=0.05)

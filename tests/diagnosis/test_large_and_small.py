@@ -46,10 +46,10 @@ def test_the_decimated_shots_say_what_all_samples_say():
     shots, _ = shots_with("jewel", count=2, seed=601)
     model = model_named("jewel")
     with shot_pool() as pool:
-        started, _ = initial_fits(shots, model, pool)
-        joint = fit_jointly(started, Hypothesis(model), pool)
-    assert any(grid.factor > 1 for grid in started[0].grids)
-    for k, one in enumerate(started):
+        prepared, _ = initial_fits(shots, model, pool)
+        joint = fit_jointly(prepared, Hypothesis(model), pool)
+    assert any(grid.factor > 1 for grid in prepared[0].grids)
+    for k, one in enumerate(prepared):
         alone = fit_ring_down(one.shot.record, model, float(one.time_s[-1]), noise=one.shot.noise).parameters
         for name, value in public_parameters(joint, k).parameters.items():
             if value.std is not None:
@@ -62,13 +62,13 @@ def test_a_look_alike_is_found_though_the_declared_losses_take_up_most_of_either
     shots, _ = shots_with("jewel", [drag], seed=278)
     model = model_named("jewel")
     with shot_pool() as pool:
-        started, _ = initial_fits(shots, model, pool)
-        base = fit_jointly(started, Hypothesis(model), pool)
+        prepared, _ = initial_fits(shots, model, pool)
+        base = fit_jointly(prepared, Hypothesis(model), pool)
         known = {c.effect.id: c for c in candidates_for(base)}
         friction, truth = known["coulomb_friction"], known["quadratic_drag"]
-        taken = fit_jointly(started, Hypothesis(model, (friction,)), pool)
+        taken = fit_jointly(prepared, Hypothesis(model, (friction,)), pool)
         (rival,) = confounders(score_table(taken, [truth], pool), friction, pool)
-        direct = fit_jointly(started, Hypothesis(model, (truth,)), pool)
+        direct = fit_jointly(prepared, Hypothesis(model, (truth,)), pool)
     assert direct.chi2 < base.chi2 - 100.0
     assert rival.joint_fit.chi2 == pytest.approx(direct.chi2, abs=0.5)
 

@@ -2,7 +2,7 @@ import pytest
 
 from drivers.errors import ConfigError
 from drivers.registry import build_platform
-from platform_daemon.settings import load_platform
+from platform_daemon.core.settings import load_platform
 
 
 def test_a_calibration_made_at_another_gain_is_refused():

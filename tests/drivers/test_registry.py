@@ -29,6 +29,9 @@ class Part:
     def stop(self) -> None:
         self._note("stop")
 
+    on_card_lines = False
+    reads_back = True
+
     def disable(self) -> None:
         self._note("disable")
 
@@ -36,7 +39,14 @@ class Part:
         return 40.0
 
     def capabilities(self) -> CardCapabilities:
-        return CardCapabilities(1, 1, 1.0, 1.0, SampleClock(125e6, 2048), 1000)
+        return CardCapabilities(
+            inputs=1,
+            outputs=1,
+            input_full_scale_v=1.0,
+            output_full_scale_v=1.0,
+            clock=SampleClock(125e6, 2048),
+            max_samples=1000,
+        )
 
     def to_transmit(self) -> None:
         self._note("to_transmit")

@@ -3,7 +3,7 @@ import tomllib
 import pytest
 from pydantic import ValidationError
 
-from drivers.specimen import Specimen
+from drivers.specimen import Measured, Specimen
 from tests.kit.data import CONFIG
 
 
@@ -31,7 +31,7 @@ RIGID = {"model": "rigid_body"}
         ("jewel", {"rotor": {"model": "double_pendulum"}}, "'single_axis' or 'rigid_body'"),
     ],
 )
-def test_what_does_not_fit_the_model_of_the_rotor_is_refused_with_what_to_do(name, tables, words):
+def test_what_cannot_be_is_refused_with_what_to_do(name, tables, words):
     with pytest.raises(ValidationError, match=words):
         with_tables(name, **tables)
 
@@ -42,3 +42,11 @@ def test_a_specimen_of_before_moves_about_a_single_axis_and_survives_a_round_tri
     old = Specimen.model_validate(tables)
     assert old.rotor.model == "single_axis"
     assert Specimen.model_validate(old.model_dump()) == old
+
+
+@pytest.mark.parametrize("name", ["thread", "jewel"])
+@pytest.mark.parametrize("tables", [{"measured": {}}, {}])
+def test_of_a_new_specimen_nothing_has_been_measured(name, tables):
+    shipped = tomllib.loads((CONFIG / "resonators" / f"{name}.toml").read_text())
+    del shipped["measured"]
+    assert Specimen.model_validate({**shipped, **tables}).measured == Measured()

@@ -143,7 +143,7 @@ def test_the_orientation_bound_is_worse_than_the_papers_scatter_in_white_noise(v
 
 
 def test_the_rms_angle_is_that_of_the_rodrigues_vectors_drawn_from_the_covariance():
-    from platform_daemon.analysis.series.orientation import error_angle
+    from platform_daemon.features.fit.series.orientation import error_angle
 
     public = {**THREAD_N50, "rodrigues_x": 0.9, "rodrigues_y": -0.8, "rodrigues_z": 1.4}
     predicted = predict_precision(plan("thread", public), N50_S)

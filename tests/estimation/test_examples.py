@@ -44,7 +44,7 @@ def test_an_example_shot_is_reproduced_within_its_errors(variant, frame, window)
 
 
 @pytest.mark.parametrize(("variant", "frame"), SHOTS)
-def test_the_noise_of_an_example_shot_is_found_beside_the_signal(variant, frame):
+def test_the_noise_of_an_example_shot_is_found_between_the_harmonics_of_its_signal(variant, frame):
     volts, rate, sensitivity, _, truth = load(variant, frame)
     noise = estimate_noise(RingDownRecord(calibrate(volts, rate, sensitivity).dmdt, rate, "dmdt"))
     assert np.allclose(noise.sd, truth["noise_sd_am2_per_s"], rtol=0.015)

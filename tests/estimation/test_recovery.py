@@ -170,9 +170,9 @@ def test_four_samples_a_period_are_enough_where_harmonics_fold_onto_each_other_t
     rate = truth.f_nat_hz * per_period
     signal = with_noise(dmdt(truth, 0.5)[:, :: round(RATE_HZ / rate)], rng)
     record = RingDownRecord(signal, RATE_HZ / round(RATE_HZ / rate), "dmdt")
-    told = fit_ring_down(record, variant, 0.24, noise=NoiseModel.white(NOISE_SD, record.sampling_rate_hz))
-    assert told.verdict == "good", told.reason
-    assert chi2.sf(joint_chi2(told, truth), len(told.covariance_names)) > 1e-4
+    given = fit_ring_down(record, variant, 0.24, noise=NoiseModel.white(NOISE_SD, record.sampling_rate_hz))
+    assert given.verdict == "good", given.reason
+    assert chi2.sf(joint_chi2(given, truth), len(given.covariance_names)) > 1e-4
     own = fit_ring_down(record, variant, 0.24)
     assert own.verdict == "good", own.reason
     assert 0.3 < own.chi2_per_dof < 1.3  # half of the band may be harmonics: then errors are a little too large

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.fit import fit_ring_down
-from platform_daemon.estimation.goodness_of_fit.lack_of_fit import in_words
+from platform_daemon.estimation.goodness_of_fit.lack_of_fit import power_in_words
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
@@ -54,8 +54,8 @@ def test_the_first_value_that_is_no_number_is_named_by_sample_and_channel():
         (1.6, "as much as the signal itself, or more,"),
     ],
 )
-def test_what_is_left_over_is_told_in_words_that_make_sense(power, words):
-    assert in_words(power) == words
+def test_what_is_left_over_is_described_in_words_that_make_sense(power, words):
+    assert power_in_words(power) == words
 
 
 def test_pure_noise_is_refused():

@@ -60,7 +60,7 @@ def test_an_undeclared_drag_bends_the_line_of_the_damping():
     assert flat.slope_per_s < -8 * flat.slope_sd
 
 
-def test_windows_lie_where_they_were_asked_for_and_courses_show_the_good_ones():
+def test_windows_lie_where_they_were_requested_and_courses_show_the_good_ones():
     found = fit_sliding(record(THREAD, 1.0), "thread", window_s=0.3, step_s=0.1)
     np.testing.assert_allclose([w.start_s for w in found.windows], 0.1 * np.arange(8), atol=1e-4)
     time, value, sd = found.course("f_nat_hz")
@@ -84,7 +84,7 @@ def test_silence_after_the_ring_down_is_a_gap_with_its_reason():
     assert found.course("f_nat_hz")[0].size < len(found.windows)
 
 
-def test_lambda_is_held_where_it_cannot_be_told_from_the_friction_and_it_is_said():
+def test_lambda_is_held_where_it_is_inseparable_from_the_friction_and_noted():
     short = fit_sliding(record(JEWEL, 1.3), "jewel", window_s=0.06)
     held = [w for w in short.windows if w.lambda_fixed]
     reference = short.reference.parameters["lambda_per_s"].value

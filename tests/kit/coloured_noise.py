@@ -5,7 +5,7 @@ import math
 import numpy as np
 from scipy.signal import butter, freqz, lfilter
 
-from .ring_down_generator import RATE_HZ
+from tests.kit.ring_down_generator import RATE_HZ
 
 SETTLE = 20_000
 

@@ -1,6 +1,6 @@
 """Diagnoses, as short as can be."""
 
-from platform_daemon.schemas.diagnosis import DiagnosisReport
+from platform_daemon.diagnosis.report_schema import DiagnosisReport
 
 
 def effect(identifier, value, unit="", start=None, end=None, **detail):

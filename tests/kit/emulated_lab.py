@@ -12,25 +12,12 @@ from drivers.platform import Platform
 from drivers.red_pitaya.connection import Connection
 from drivers.red_pitaya.pairing import open_pair
 from drivers.registry import build_platform
-from platform_daemon.engine.shot import RawShot, run_shot
-from platform_daemon.settings import PlatformFile, apply_override, load_platform, locate, read_toml
-from platform_daemon.supervisor import reset_fault
-from platform_daemon.supervisor.lock_file import Fault
+from platform_daemon.core.guard.emergency_off import reset_fault
+from platform_daemon.core.guard.fault_latch import Fault
+from platform_daemon.core.hardware.shot import RawShot, run_shot
+from platform_daemon.core.settings import PlatformFile, apply_override, load_platform, locate, read_toml
 from sequences.compiler import ShotPlan
 from sim_backend.emulators.emulator import LabEmulator
-
-REPLAY = ("io_card.replay_watchdog=true", "io_card.prove_wiring=true")
-WIRE = ("DIO4_N", "DIO3_P")
-
-
-def wired(*wires: tuple[str, str] | None, more: str = "") -> str:
-    """The emulated cards, x and y on the first, z on the second, with such a wire each; more: options of both."""
-    inputs = ('inputs=["x","y"], outputs=["x","y"]', 'inputs=["z",""], outputs=["z",""]')
-    boards = [
-        f"{{{terminals}{more}" + (f', wire=["{wire[0]}", "{wire[1]}"]}}' if wire else "}")
-        for terminals, wire in zip(inputs, wires or (WIRE, WIRE), strict=True)
-    ]
-    return f"io_cards.boards=[{', '.join(boards)}]"
 
 
 def lines_at(gate: str, receiver: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

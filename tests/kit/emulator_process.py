@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from platform_daemon.settings import locate
+from platform_daemon.core.settings import locate
 from tests.kit.command_line import COMMAND
 
 STEADY = ("effects.temperature", "effects.friction_scatter", "effects.wear")

@@ -6,9 +6,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from platform_daemon.store.hdf5 import ANOTHER_COPY, Hdf5File, open_hdf5
-from platform_daemon.store.header import FitTable
-from platform_daemon.store.layout import FIT, LAYOUT, LAYOUT_ATTRIBUTE
+from platform_daemon.core.recordings.hdf5 import ANOTHER_COPY, Hdf5File, open_hdf5
+from platform_daemon.core.recordings.header import FitTable
+from platform_daemon.core.recordings.layout import FIT, LAYOUT, LAYOUT_ATTRIBUTE
 
 TEXTS = ("parameters", "verdict", "reason")
 TEXT = ("variant", "software_version")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from platform_daemon.schemas.fits import FrameFit, ParameterEstimate, unfitted
+from platform_daemon.core.schemas.fits import FrameFit, ParameterEstimate, unfitted
 
 
 def good_frame(frame: int, r2: float = 0.99, window_s: float = 0.24, **values: float) -> FrameFit:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.analysis.series.orientation import error_angle
 from platform_daemon.estimation.harmonic_estimator.estimator import HarmonicEstimate
 from platform_daemon.estimation.physics.orbit import frequency_ratio
 from platform_daemon.estimation.result import FitResult
+from platform_daemon.features.fit.series.orientation import error_angle
 
 
 @dataclass(frozen=True)

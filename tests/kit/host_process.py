@@ -18,8 +18,8 @@ from drivers.errors import DeviceError, PlatformError
 from drivers.platform import Platform
 from drivers.registry import build_platform
 from drivers.timeline import DigitalLine
-from platform_daemon.engine.shot import run_shot
-from platform_daemon.settings import load_platform, load_sequence
+from platform_daemon.core.hardware.shot import run_shot
+from platform_daemon.core.settings import load_platform, load_sequence
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
 from tests.kit.watch import Watch
 

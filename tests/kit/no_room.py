@@ -1,8 +1,8 @@
-"""A disk that refuses, in the place of `write_file`."""
+"""A disk that refuses, in the place of `Database.transaction`."""
 
-from platform_daemon.store import StorageError
+from platform_daemon.core.state.errors import StorageError
 
 
-def no_room(path, content):
-    """Never writes."""
+def no_room(database):
+    """Never begins a transaction."""
     raise StorageError("the disk is full")

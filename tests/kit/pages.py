@@ -8,7 +8,9 @@ A block may carry marks, comments in the lines right above it, that readers of t
     <!-- ends with: 22 -->                             exit code of the block, if not 0
     <!-- says: dusty@1 -->                             what it prints holds this; may be repeated
 
-A block of the language `text` is what the `sh` block before it prints, with other numbers (see `shows`)."""
+A block of the language `text` is what the `sh` block before it prints, with other numbers (see `shows`):
+
+    <!-- digits: the same -->                          with the same numbers"""
 
 from __future__ import annotations
 
@@ -18,8 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-KEYS = ("walked with", "not walked", "file", "ends with", "says")
-_FENCE = re.compile(r"^( *)```(\w*)\s*$")
+KEYS = ("walked with", "not walked", "file", "ends with", "says", "digits")
+_FENCE = re.compile(r"^( *)```(\w*|\{[\w-]+\})\s*$")  # {name}: a directive of the site's generator
 _MARK = re.compile(r"^ *<!-- (.*?): (.*) -->\s*$")
 _LINK = re.compile(r"(?<!`)\[[^\]]*\]\(([^)\s]+)\)")
 _NUMBER = re.compile(r"(?:(?<!\w)[-−+])?\d[\d.]*(?:\(\d+\))?(?:[eE][-+]?\d+)?(?:-\d+)*")
@@ -101,15 +103,16 @@ def ticks(page: str) -> list[str]:
     return re.findall(r"`([^`\n]+)`", prose(page))
 
 
-def shows(printed: str, output: str) -> str | None:
+def shows(printed: str, output: str, *, digits: bool = False) -> str | None:
     """The first line of a `text` block that the output does not hold; None: it holds them all, in this order.
 
-    Numbers are equal if both are numbers, spaces and rulers as long as they like; `...` stands for any text.
+    Numbers are equal if both are numbers, or, with `digits`, if they are written alike; spaces and rulers are as long
+    as they like; `...` stands for any text.
     """
-    have = [_plain(line) for line in output.splitlines()]
+    have = [_plain(line, digits=digits) for line in output.splitlines()]
     at = 0
     for line in printed.splitlines():
-        if not (wanted := _plain(line)) or wanted == "...":
+        if not (wanted := _plain(line, digits=digits)) or wanted == "...":
             continue
         pattern = re.compile(re.escape(wanted).replace(re.escape("..."), ".*"))
         found = next((place for place in range(at, len(have)) if pattern.fullmatch(have[place])), None)
@@ -119,6 +122,6 @@ def shows(printed: str, output: str) -> str | None:
     return None
 
 
-def _plain(line: str) -> str:
+def _plain(line: str, *, digits: bool) -> str:
     line = re.sub(r"[─━═┄-]{3,}", "─", line)
-    return " ".join(_NUMBER.sub("0", line).split())
+    return " ".join((line if digits else _NUMBER.sub("0", line)).split())

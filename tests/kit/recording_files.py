@@ -10,9 +10,9 @@ import h5py
 import numpy as np
 
 from drivers.calibration import ReceiveCalibration
-from platform_daemon.store.header import FitTable, SeriesHeader, ShotRecord
-from platform_daemon.store.recording import Excitation, SequenceInfo
-from platform_daemon.store.series_writer import SeriesWriter
+from platform_daemon.core.recordings.header import FitTable, SeriesHeader, ShotRecord
+from platform_daemon.core.recordings.recording import Excitation, SequenceInfo
+from platform_daemon.core.recordings.series_writer import SeriesWriter
 
 SEQUENCE = SequenceInfo(125e6, 2048, tx_samples=20, switch_samples=4, rx_samples=100)
 P = np.array([[1.12e-3, 8e-6, -5e-6], [-6e-6, 1.05e-3, 9e-6], [4e-6, -7e-6, 8.8e-4]])

@@ -32,8 +32,10 @@ def pages(client, path, limit=None):
     while link is not None:
         answer = client.get(link)
         assert answer.status_code == 200, answer.text
-        yield answer.json()
+        page = answer.json()
         link = answer.links.get("next", {}).get("url")
+        assert page["next"] == link
+        yield page
 
 
 def problem(answer, status):

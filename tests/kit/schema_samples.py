@@ -2,32 +2,14 @@
 
 from __future__ import annotations
 
-from platform_daemon.schemas.acquisitions import AcquisitionSummary, SeriesReport
-from platform_daemon.schemas.base import Root, Schema
-from platform_daemon.schemas.calibrations import CalibrationReport, CalibrationsInUse
-from platform_daemon.schemas.derived import DerivedReport, EnvelopesReport
-from platform_daemon.schemas.diagnosis import DiagnosisReport
-from platform_daemon.schemas.fits import FitBatch, FitReport
-from platform_daemon.schemas.harmonics import HarmonicsBatch, HarmonicsReport, ShotHarmonics
-from platform_daemon.schemas.job_records import StoredJob
-from platform_daemon.schemas.jobs import (
-    AcquisitionJob,
-    AcquisitionJobs,
-    CalibrationJob,
-    CalibrationJobs,
-    DiagnosisJob,
-    FitJob,
-    FitJobs,
-)
-from platform_daemon.schemas.live_diagnosis import LiveDiagnosisLog
-from platform_daemon.schemas.models import (
-    AdoptedModelListing,
-    AdoptedModelRecord,
-    AdoptedModelReport,
-    AdoptedModelSummary,
-    ModelListing,
-)
-from platform_daemon.schemas.platform import (
+from platform_daemon.core.jobs.kinds import job_list_type, job_type, record_type
+from platform_daemon.core.schemas.acquisitions import AcquisitionSummary, SeriesReport
+from platform_daemon.core.schemas.base import Root, Schema
+from platform_daemon.core.schemas.calibrations import CalibrationReport, CalibrationsInUse
+from platform_daemon.core.schemas.derived import DerivedReport, EnvelopesReport
+from platform_daemon.core.schemas.fits import FitBatch, FitReport
+from platform_daemon.core.schemas.harmonics import HarmonicsBatch, HarmonicsReport, ShotHarmonics
+from platform_daemon.core.schemas.platform import (
     DeviceListing,
     DeviceSurvey,
     EntryPoints,
@@ -36,11 +18,20 @@ from platform_daemon.schemas.platform import (
     Readiness,
     ResonatorListing,
 )
-from platform_daemon.schemas.predictions import PredictionReport
-from platform_daemon.schemas.problems import Problem, ProblemKind
-from platform_daemon.schemas.recordings import DmdtSeries, RecordingInfo, RecordingListing
-from platform_daemon.schemas.sliding import SlidingReport
-from platform_daemon.schemas.stop import Health, StopReport
+from platform_daemon.core.schemas.problems import Problem, ProblemKind
+from platform_daemon.core.schemas.recordings import DmdtSeries, RecordingInfo, RecordingListing
+from platform_daemon.core.schemas.stop import Health, StopReport
+from platform_daemon.diagnosis.report_schema import DiagnosisReport
+from platform_daemon.features.diagnose.live_schema import LiveDiagnosisLog
+from platform_daemon.features.fit.prediction_schema import PredictionReport
+from platform_daemon.features.fit.sliding_schema import SlidingReport
+from platform_daemon.features.models.schema import (
+    AdoptedModelListing,
+    AdoptedModelRecord,
+    AdoptedModelReport,
+    AdoptedModelSummary,
+    ModelListing,
+)
 from tests.kit.data import DATA
 
 FOLDER = DATA / "schemas"
@@ -69,13 +60,17 @@ CLI: dict[str, type[Schema | Root]] = {
     "calibration_transmit": CalibrationReport,
 }
 # Records of jobs in the data folder: the same form.
-STORED: dict[str, type[Schema | Root]] = dict.fromkeys(
-    (
-        *("acquisition_done", "acquisition_cancelled", "calibration_done", "calibration_done_transmit"),
-        *("diagnosis_failed", "fit_done"),
-    ),
-    StoredJob,
-)
+STORED: dict[str, type[Schema | Root]] = {
+    name: record_type(name.partition("_")[0])
+    for name in (
+        "acquisition_done",
+        "acquisition_cancelled",
+        "calibration_done",
+        "calibration_done_transmit",
+        "diagnosis_failed",
+        "fit_done",
+    )
+}
 # By REST: as FastAPI writes a response model, which is pydantic's own JSON.
 REST: dict[str, type[Schema | Root]] = {
     "root": EntryPoints,
@@ -90,10 +85,10 @@ REST: dict[str, type[Schema | Root]] = {
     "stop": StopReport,
     "problem_kind": ProblemKind,
     "dry_run": AcquisitionSummary,
-    "acquisition_queued": AcquisitionJob,
-    "acquisition_done": AcquisitionJob,
-    "acquisition_cancelled": AcquisitionJob,
-    "acquisitions": AcquisitionJobs,
+    "acquisition_queued": job_type("acquisition"),
+    "acquisition_done": job_type("acquisition"),
+    "acquisition_cancelled": job_type("acquisition"),
+    "acquisitions": job_list_type("acquisition"),
     "live": ShotHarmonics,
     "harmonics": ShotHarmonics,
     "harmonics_blank": ShotHarmonics,
@@ -101,25 +96,25 @@ REST: dict[str, type[Schema | Root]] = {
     "recording": RecordingInfo,
     "dmdt": DmdtSeries,
     "sliding": SlidingReport,
-    "fit_queued": FitJob,
-    "fit_done": FitJob,
-    "fit_blank": FitJob,
-    "fit_angle": FitJob,
-    "fits": FitJobs,
+    "fit_queued": job_type("fit"),
+    "fit_done": job_type("fit"),
+    "fit_blank": job_type("fit"),
+    "fit_angle": job_type("fit"),
+    "fits": job_list_type("fit"),
     "derived": DerivedReport,
     "envelopes": EnvelopesReport,
     "predict": PredictionReport,
-    "diagnosis_queued": DiagnosisJob,
-    "diagnosis_done": DiagnosisJob,
-    "diagnosis_failed": DiagnosisJob,
+    "diagnosis_queued": job_type("diagnosis"),
+    "diagnosis_done": job_type("diagnosis"),
+    "diagnosis_failed": job_type("diagnosis"),
     "adopt": AdoptedModelRecord,
     "models": ModelListing,
     "models_retired": ModelListing,
     "retire": AdoptedModelSummary,
-    "calibration_queued": CalibrationJob,
-    "calibration_receive": CalibrationJob,
-    "calibration_transmit": CalibrationJob,
-    "calibrations": CalibrationJobs,
+    "calibration_queued": job_type("calibration"),
+    "calibration_receive": job_type("calibration"),
+    "calibration_transmit": job_type("calibration"),
+    "calibrations": job_list_type("calibration"),
     "activate": CalibrationsInUse,
     **dict.fromkeys(
         (

@@ -9,7 +9,7 @@ import subprocess
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests.kit.command_line import COMMAND
+from tests.kit.command_line import COMMAND, wait_for
 from tests.kit.rest import client_at
 
 
@@ -24,7 +24,7 @@ class Served:
         children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
         for pid in children:
             words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
-            if words[2:4] == [b"platform_daemon.serving", name.encode()]:
+            if words[2:4] == [b"platform_daemon.processes", name.encode()]:
                 return int(pid)
         return None
 
@@ -66,3 +66,11 @@ def served(data, *options):
             process.send_signal(signal.SIGTERM)
             process.stdout.read()
             process.wait(60)
+
+
+@contextmanager
+def ready(data, *options):
+    """As `served`, once everything is warmed up."""
+    with served(data, *options) as running:
+        wait_for(lambda: running.get("/ready").status_code == 200, timeout=300)
+        yield running

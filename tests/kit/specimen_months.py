@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from platform_daemon.store.series_writer import SeriesWriter
+from platform_daemon.core.recordings.series_writer import SeriesWriter
 from tests.kit.recording_files import fit_table, header, shot
 
 DROP_AT = 50

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.procedures.conductor import ProcedureFiles, ProcedureWork
-from platform_daemon.engine.procedures.planned import plan_procedure
-from platform_daemon.engine.procedures.procedure import ProcedureJob
-from platform_daemon.schemas.sweeps import SweepRequest
+from platform_daemon.core.hardware.engine import Engine
+from platform_daemon.features.procedures.bench import ProcedureBench
+from platform_daemon.features.procedures.conductor import ProcedureFiles, ProcedureWork
+from platform_daemon.features.procedures.planned import plan_procedure
+from platform_daemon.features.procedures.procedure import ProcedureJob
+from platform_daemon.features.sweep.schema import SweepRequest
 
 FIELDS = {"key": "field_ut", "values": [200, 300, 400]}
 
@@ -28,7 +29,9 @@ def sweep_request(*over: dict[str, Any], stop_when: Any = None, longest_pause_s:
 def sweep_work(engine: Engine, folder: Path, *over: dict[str, Any], **keys: Any) -> ProcedureWork:
     """Its work, which writes `folder`/s.h5 and s.json."""
     files = ProcedureFiles(folder, folder, folder / "s.h5", folder / "s.json")
-    return plan_procedure(engine, SweepRequest.model_validate(sweep_request(*over, **keys)), files)
+    return plan_procedure(
+        ProcedureBench(engine=engine, files=files), SweepRequest.model_validate(sweep_request(*over, **keys))
+    )
 
 
 def swept(engine: Engine, folder: Path, *over: dict[str, Any], **keys: Any) -> ProcedureJob:

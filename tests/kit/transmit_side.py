@@ -21,7 +21,9 @@ def side(**limits: float) -> TransmitSide:
     envelope = {"max_field_t": 1e-3, "max_coil_current_a": 2.0, "max_tx_s": 0.2, "max_tx_duty": 0.1} | limits
     return TransmitSide(
         channels=tuple(channel(k) for k in range(3)),
-        card=CardCapabilities(3, 3, 1.0, 1.0, CLOCK, 2_000_000),
-        switch=SwitchTiming(0.005, 0.001, 0.002),
+        card=CardCapabilities(
+            inputs=3, outputs=3, input_full_scale_v=1.0, output_full_scale_v=1.0, clock=CLOCK, max_samples=2_000_000
+        ),
+        switch=SwitchTiming(dead_time_s=0.005, bounce_s=0.001, settle_s=0.002),
         limits=SafetyLimits(**envelope),
     )

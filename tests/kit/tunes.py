@@ -6,14 +6,15 @@ import re
 from pathlib import Path
 from typing import Any
 
-from platform_daemon.engine.catalogue import Catalogue
-from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.procedures.conductor import ProcedureFiles, ProcedureWork
-from platform_daemon.engine.procedures.planned import plan_procedure
-from platform_daemon.engine.procedures.procedure import ProcedureJob
-from platform_daemon.engine.tuned_presets import TunedPresets
-from platform_daemon.schemas.tunes import TuneRequest
-from platform_daemon.settings import load_specimen, locate
+from platform_daemon.core.hardware.catalogue import Catalogue
+from platform_daemon.core.hardware.engine import Engine
+from platform_daemon.core.settings import load_specimen, locate
+from platform_daemon.features.procedures.bench import ProcedureBench
+from platform_daemon.features.procedures.conductor import ProcedureFiles, ProcedureWork
+from platform_daemon.features.procedures.planned import plan_procedure
+from platform_daemon.features.procedures.procedure import ProcedureJob
+from platform_daemon.features.tune.presets import TunedPresets
+from platform_daemon.features.tune.schema import TuneRequest
 
 DESIGN_HZ = 229.308  # of the magnets that all shipped resonators declare
 
@@ -36,7 +37,9 @@ def tune_work(engine: Engine, folder: Path, resonator: str, **keys: Any) -> Proc
     """Its work, which writes `folder`/t.h5 and t.json, and presets into `folder`/presets."""
     engine.catalogue = Catalogue(tuned=TunedPresets(folder / "presets"))
     files = ProcedureFiles(folder, folder, folder / "t.h5", folder / "t.json")
-    return plan_procedure(engine, TuneRequest.model_validate(tune_request(resonator, **keys)), files)
+    return plan_procedure(
+        ProcedureBench(engine=engine, files=files), TuneRequest.model_validate(tune_request(resonator, **keys))
+    )
 
 
 def tuned(engine: Engine, folder: Path, resonator: str, **keys: Any) -> ProcedureJob:

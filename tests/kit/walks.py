@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from platform_daemon.engine.jobs import AnyJob
+from platform_daemon.core.jobs.jobs import AnyJob
 
 TIMEOUT_S = 20
 

@@ -9,7 +9,7 @@ from scipy.signal import lsim
 
 from drivers.errors import SequenceRejected
 from drivers.io_card import CardCapabilities
-from platform_daemon.settings import load_sequence
+from platform_daemon.core.settings import load_sequence
 from sequences.compiler import ShotPlan, compile_shot
 from sequences.lobes import Lobes
 from sequences.request import SequenceRequest
@@ -93,5 +93,12 @@ def test_too_few_levels_per_period_are_refused():
 
 
 def test_a_plain_sine_is_one_burst_on_every_card():
-    card = CardCapabilities(3, 3, 1.0, 1.0, side().card.clock, 2_000_000)
+    card = CardCapabilities(
+        inputs=3,
+        outputs=3,
+        input_full_scale_v=1.0,
+        output_full_scale_v=1.0,
+        clock=side().card.clock,
+        max_samples=2_000_000,
+    )
     assert len(shot({"retunes": card.retunes}, phase_rad=1.0).timeline.bursts) == 1

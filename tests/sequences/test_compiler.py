@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from drivers.errors import SequenceRejected
 from drivers.timeline import DigitalLine
-from platform_daemon.settings import load_sequence
+from platform_daemon.core.settings import load_sequence
 from sequences.compiler import compile_shot
 from sequences.request import SequenceRequest
 from tests.kit.transmit_side import side

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from drivers.errors import SequenceRejected
-from platform_daemon.settings import load_sequence
+from platform_daemon.core.settings import load_sequence
 from sequences.compiler import compile_shot
 from sequences.request import SequenceRequest
 from tests.kit.transmit_side import side

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from drivers.errors import SequenceRejected
 from drivers.timeline import DigitalLine
-from platform_daemon.settings import load_sequence
+from platform_daemon.core.settings import load_sequence
 from sequences.compiler import TransmitSide, compile_shot
 from sequences.request import SequenceRequest
 from tests.kit.transmit_side import side

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from platform_daemon.settings import load_sequence
+from platform_daemon.core.settings import load_sequence
 from sequences.lobes import Lobes, unplanned_lobes
 from sequences.request import SequenceRequest
 

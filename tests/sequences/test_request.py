@@ -2,7 +2,7 @@ import pytest
 
 from drivers.errors import ConfigError
 from drivers.validation import validated
-from platform_daemon.settings import load_sequence
+from platform_daemon.core.settings import load_sequence
 from sequences.request import SequenceRequest
 
 GOOD = load_sequence("thread").model_dump()

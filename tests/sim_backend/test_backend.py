@@ -84,7 +84,7 @@ def test_calibration_frequencies_reach_the_highest_and_resolve_the_rotor_lines()
 
 def test_linear_interpolation_of_the_calibrated_response_is_good_to_2e_7_below_two_kilohertz():
     bench = Bench(None, receive__chain="non_ideal")
-    from sim_backend.receive.chain import frequency_response
+    from sim_backend.receive.response import frequency_response
 
     f = np.linspace(100, 2000, 5000)
     exact = frequency_response(bench.backend.options.receive.in_place(), f)
@@ -94,7 +94,7 @@ def test_linear_interpolation_of_the_calibrated_response_is_good_to_2e_7_below_t
 
 def test_world_has_no_result_before_the_first_shot():
     with pytest.raises(DeviceFault, match="no shot"):
-        Bench("thread").backend.world.player.result()
+        Bench("thread").backend.world.shot_simulator.result()
 
 
 def test_status_polling_from_other_threads_does_not_deadlock_a_series():

@@ -27,13 +27,8 @@ TARGET = ROOT / "docs" / "pictures" / "rooms.png"
 def layers() -> list[list[str]]:
     """The rooms of the daemon, top layer first, as pyproject.toml holds them."""
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
-    rooms = next(c["layers"] for c in contracts if c.get("containers") == ["platform_daemon"])
-    return [[r.strip("() ") for r in row.split("|") if is_there(r.strip("() "))] for row in rooms]
-
-
-def is_there(room: str) -> bool:
-    """A layer may be kept free for a room that is still to come."""
-    return any((ROOT / "platform_daemon" / name).exists() for name in (room, f"{room}.py"))
+    rooms = next(c["layers"] for c in contracts if c["name"].startswith("the daemon: "))
+    return [[each.strip().removeprefix("platform_daemon.") for each in row.split("|")] for row in rooms[1:]]
 
 
 def arrows() -> Counter[tuple[str, str]]:
@@ -48,9 +43,11 @@ def arrows() -> Counter[tuple[str, str]]:
 
 
 def room_of(module: str) -> str:
-    """`platform_daemon.engine.shot` stands in engine, `drivers.errors` in drivers."""
+    """`platform_daemon.core.hardware.shot` belongs to core.hardware, `drivers.errors` to drivers."""
     parts = module.split(".")
-    return parts[0] if parts[0] != "platform_daemon" or len(parts) == 1 else parts[1]
+    if parts[0] != "platform_daemon" or len(parts) == 1:
+        return parts[0]
+    return ".".join(parts[1:3]) if parts[1] == "core" else parts[1]
 
 
 def places() -> dict[str, tuple[float, float]]:
@@ -59,14 +56,14 @@ def places() -> dict[str, tuple[float, float]]:
     found = {}
     for y, row in enumerate(rows):
         for x, room in enumerate(row):
-            found[room] = (2.4 * (x - 0.5 * (len(row) - 1)) + (0.5 if y % 2 else -0.5), -float(y))
+            found[room] = (3.0 * (x - 0.5 * (len(row) - 1)) + (0.5 if y % 2 else -0.5), -float(y))
     lowest = 1.0 - len(rows)
     return found | {"sequences": (3.2, lowest), "drivers": (1.2, lowest - 1.0), "sim_backend": (3.2, lowest - 2.0)}
 
 
 def draw(target: Path) -> None:
     """The picture as PNG."""
-    figure, axes = plt.subplots(figsize=(9, 11), layout="tight")
+    figure, axes = plt.subplots(figsize=(9, 12), layout="tight")
     where = places()
     for (above, below), count in sorted(arrows().items()):
         if above in where and below in where:

@@ -7,16 +7,17 @@ import pytest
 
 from drivers.calibration import ReceiverEffect
 from drivers.errors import InputError
-from platform_daemon.analysis.fit import fit_measurement
-from platform_daemon.analysis.fit_request import FitRequest
-from platform_daemon.analysis.measurement import VoltageMeasurement
-from platform_daemon.analysis.model_registry.adoption import model_from_diagnosis
-from platform_daemon.analysis.model_registry.library import Library
-from platform_daemon.analysis.model_registry.resolve import resolve
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.schemas.requests import AcquisitionRequest
 from platform_daemon.estimation.calibration.receiver_correction import correct_receiver_effects
 from platform_daemon.estimation.record import RingDownRecord
-from platform_daemon.schemas.requests import AcquisitionRequest
-from platform_daemon.store.reader import open_recording
+from platform_daemon.features.acquire.series_plan import plan_series
+from platform_daemon.features.diagnose.adoption import model_from_diagnosis
+from platform_daemon.features.fit.fit import fit_measurement
+from platform_daemon.features.fit.fit_request import FitRequest
+from platform_daemon.features.fit.measurement import VoltageMeasurement
+from platform_daemon.features.models.library import Library
+from platform_daemon.features.models.resolve import resolve
 from tests.kit.acquisitions import acquire
 from tests.kit.data import DATA
 from tests.kit.diagnosis_json import diagnosed, effect
@@ -55,6 +56,7 @@ EFFECTS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("hidden", "found"), EFFECTS, ids=[e[0]["id"] for e in EFFECTS])
 def test_a_fit_with_the_adopted_model_explains_new_shots(tmp_path, engine_with, hidden, found):
     library = Library(tmp_path / "models")
@@ -72,7 +74,7 @@ def test_on_line_fits_use_the_adopted_model_and_the_recording_says_so(tmp_path, 
     library = Library(tmp_path / "models")
     hidden, found = EFFECTS[2]
     library.add(model_from_diagnosis(diagnosed(found), "better", "me", library, recordings=[]))
-    engine = engine_with(*world(hidden), models=library)
+    engine = engine_with(*world(hidden), models=library.folder)
     job = acquire(engine, tmp_path / "a.h5", **SHOT, variant="better")
     assert job.result.fit.variant == "better@1"
     assert chi2(job.result.fit) < 1.02
@@ -82,9 +84,9 @@ def test_on_line_fits_use_the_adopted_model_and_the_recording_says_so(tmp_path, 
 
 
 def test_an_unknown_model_is_refused_before_anything_moves(engine_with, tmp_path):
-    engine = engine_with(models=Library(tmp_path))
+    engine = engine_with(models=tmp_path)
     with pytest.raises(InputError, match="spring"):
-        engine.plan(AcquisitionRequest(resonator="thread", variant="spring"))
+        plan_series(engine, AcquisitionRequest(resonator="thread", variant="spring"))
 
 
 def test_a_model_with_receiver_effects_needs_a_sensitivity(tmp_path):

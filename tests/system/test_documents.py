@@ -13,6 +13,7 @@ import pytest
 import typer.testing
 
 from platform_daemon.cli.main import app
+from platform_daemon.estimation.physics.torques.own_terms import GROUP
 from tests.kit.pages import ROOT, blocks, headings, links, pages, prose, shows, ticks
 from tests.system.walk import PAGES, StumbleError, walk
 
@@ -20,8 +21,13 @@ ROOMS = [path.name for path in (ROOT / "platform_daemon").iterdir() if path.is_d
 TOP = ["config", "demo", "docs", "drivers", "platform_daemon", "sequences", "sim_backend", "tests", *ROOMS]
 FILE = re.compile(rf"(?:(?:{'|'.join(TOP)})/[\w.*{{}},/-]*|[\w/]+\.(?:py|pyi|md))")
 MODULE = re.compile(r"(?:platform_daemon|drivers|sequences|sim_backend|tests)(?:\.\w+)+(?:\(\))?")
+LONGEST_LINE = 110  # characters of prose; tables, pictures and headings cannot be wrapped
+READING = [
+    page for page in pages() if page.startswith(("README.md", "docs/tutorial/", "docs/howto/", "docs/reference/"))
+]
+READING += [page for page in pages() if page.startswith("docs/explanation/") and "architecture" not in page]
 MADE_BY_COMMANDS = ("demo/",)  # what does not exist before
-BRIEF = "docs/simulated-resonator.md"  # one command; README.md takes a minute of a processor
+BRIEF = "docs/reference/configuration.md"  # four short commands; README.md takes a minute of a processor
 
 
 @pytest.mark.parametrize("page", pages())
@@ -56,7 +62,7 @@ def _is_there(page: str, name: str) -> bool:
 
 @pytest.mark.parametrize("page", pages())
 def test_every_module_that_a_page_names_can_be_imported(page: str) -> None:
-    groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]
+    groups = {*tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"], GROUP}
     for name in ticks(page):
         if MODULE.fullmatch(name) and name not in groups:
             _import(name.removesuffix("()"))
@@ -97,6 +103,12 @@ def _options(names: tuple[str, ...], live: bool) -> set[str]:
     return {"--live", *re.findall(r"--[a-z][a-z-]*", answer.output)}
 
 
+@pytest.mark.parametrize("page", READING)
+def test_prose_is_wrapped_so_that_a_changed_sentence_is_a_small_difference(page: str) -> None:
+    lines = prose(page).splitlines()
+    assert [line for line in lines if len(line) > LONGEST_LINE and not line.startswith(("|", "![", "#"))] == []
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_what_is_marked_as_a_file_is_named_to_the_reader(page: str) -> None:
     text = prose(page)
@@ -113,6 +125,8 @@ def test_printed_output_is_compared_but_for_its_numbers() -> None:
     assert shows("a = 1.5(2) of 3 ...", "x\na  =  -2e5 of 17 and more\n") is None
     assert shows("a = 1.5\nb", "b\na = 1\n") == "b"
     assert shows("a is 1", "a was 1") == "a is 1"
+    assert shows("a = 1.5(2)", "a  =  1.5(2)", digits=True) is None
+    assert shows("a = 1.5(2)", "a = 1.5(3)", digits=True) == "a = 1.5(2)"
 
 
 def _page(name: str, text: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -148,6 +162,7 @@ def test_a_mark_that_nobody_knows_is_told(tmp_path: Path, monkeypatch: pytest.Mo
         list(blocks("page.md"))
 
 
+@pytest.mark.long
 def test_a_page_can_be_walked_through(tmp_path: Path) -> None:
     walk([BRIEF], tmp_path, warm=False)
 

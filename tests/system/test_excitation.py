@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from platform_daemon.settings import load_specimen
-from platform_daemon.store.reader import open_recording
-from platform_daemon.store.truth import read_truth
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.recordings.truth import read_truth
+from platform_daemon.core.settings import load_specimen
 from tests.kit.acquisitions import acquire
 
 QUIET = (
@@ -48,8 +48,8 @@ def deflection_deg(variant: str, field_t: float, frequency_hz: float) -> float:
 
 @pytest.fixture(scope="module")
 def first_shots(tmp_path_factory):
-    from platform_daemon.app import start_engine
-    from platform_daemon.settings import load_platform
+    from platform_daemon.core.settings import load_platform
+    from platform_daemon.processes.assembly import start_engine
 
     folder, found = tmp_path_factory.mktemp("excitation"), {}
     for variant in FIELD_T:

@@ -26,7 +26,18 @@ def test_the_program_tells_what_it_told(scenario, tmp_path):
     assert not differences(GOLDEN / scenario, tmp_path / scenario, exact=False)
 
 
-NOT_ALONE = {"serve", "emulate", "schedule", "doctor", "outputs-off", "reset-fault", "trend", "index", "retention"}
+NOT_ALONE = {
+    "serve",
+    "openapi",
+    "emulate",
+    "schedule",
+    "doctor",
+    "outputs-off",
+    "reset-fault",
+    "trend",
+    "index",
+    "retention",
+}
 """They run for ever, need another program or many recordings, or tell what this computer is; they have own tests."""
 
 

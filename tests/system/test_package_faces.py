@@ -29,14 +29,3 @@ def test_the_docstring_of_a_folder_names_every_file_and_folder_in_it_and_no_othe
     listed = {line.split("  ")[0] for line in said.splitlines() if line.split("  ")[0].endswith((".py", "/"))}
     listed = {name for several in listed for name in several.split(", ")}
     assert listed <= there
-
-
-INNER = sorted(
-    p.parent for p in (ROOT / "platform_daemon").glob("*/**/__init__.py") if p.parents[1].name != "platform_daemon"
-)
-
-
-@pytest.mark.parametrize("folder", INNER, ids=lambda folder: str(folder.relative_to(ROOT)))
-def test_the_docstring_of_a_folder_inside_a_room_names_every_file_in_it(folder: Path) -> None:
-    said = importlib.import_module(".".join(folder.relative_to(ROOT).parts)).__doc__ or ""
-    assert {p.stem for p in folder.glob("*.py") if p.stem != "__init__" and p.stem not in said} == set()

@@ -1,111 +1,105 @@
-"""Each room of the daemon has one face: what other rooms import is what it offers, and it says a sentence on each."""
+"""What each process loads, and in how few files a feature is named; tests/core/test_registry.py has the registry."""
 
 from __future__ import annotations
 
 import ast
-import importlib
 import re
-import subprocess
-import sys
-from collections import defaultdict
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import platform_daemon
+from platform_daemon.features.registry import FEATURES
+from tests.kit.imports import loaded
 
 ROOT = Path(platform_daemon.__file__).parent
-ROOMS = sorted(p.parent.name for p in ROOT.glob("*/__init__.py"))
-FACES = [room for room in ROOMS if room != "cli"]  # the command line is the top: nobody imports it but __main__
-
-
-def imports(path: Path) -> Iterator[tuple[str, str]]:
-    """(module, name) of every import of the daemon in a file, absolute; rooms used as `room.name` too."""
-    package = ["platform_daemon", *path.relative_to(ROOT).parts[:-1]]
-    tree = ast.parse(path.read_text())
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom):
-            above = package[: len(package) - node.level + 1] if node.level else []
-            module = ".".join([*above, *([node.module] if node.module else [])])
-            if module.split(".")[0] == "platform_daemon":
-                yield from ((module, alias.name) for alias in node.names)
-    rooms = {name for module, name in _plain(tree) if module == "platform_daemon"}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in rooms:
-            yield f"platform_daemon.{node.value.id}", node.attr
-
-
-def _plain(tree: ast.AST) -> Iterator[tuple[str | None, str]]:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and not node.level:
-            yield from ((node.module, alias.name) for alias in node.names)
-
-
-def test_what_a_room_offers_is_what_other_rooms_import_and_only_through_its_face():
-    used: dict[str, set[str]] = defaultdict(set)
-    for path in ROOT.rglob("*.py"):
-        own = path.relative_to(ROOT).parts[0]
-        for module, name in imports(path):
-            parts = module.split(".")
-            if len(parts) > 1 and parts[1] != own and parts[1] in FACES:
-                assert len(parts) == 2, f"{path} reaches past the face of {parts[1]}: {module}.{name}"
-                used[parts[1]].add(name)
-    for room in FACES:
-        offered = set(importlib.import_module(f"platform_daemon.{room}").__all__)
-        assert not offered - used[room], f"{room} offers what nobody imports"
-        assert not used[room] - offered, f"{room} does not offer what others import"
-
-
-@pytest.mark.parametrize("room", FACES)
-def test_a_face_says_one_sentence_on_each_name_and_every_name_exists(room):
-    face = importlib.import_module(f"platform_daemon.{room}")
-    said = dict(re.findall(r"^(\w+): (\S.*)", face.__doc__, re.MULTILINE))
-    assert set(said) == set(face.__all__)
-    for name in face.__all__:
-        assert getattr(face, name) is not None
-
-
-@pytest.mark.parametrize("room", FACES)
-def test_no_name_of_a_face_is_that_of_a_module_in_the_room_but_where_the_face_binds_it_last(room):
-    face = importlib.import_module(f"platform_daemon.{room}")
-    modules = {p.stem for p in (ROOT / room).glob("*.py")} | {
-        p.parent.name for p in (ROOT / room).glob("*/__init__.py")
-    }
-    for name in modules & set(face.__all__):
-        assert "lazy_loader" not in (ROOT / room / "__init__.py").read_text(), name
-        assert callable(getattr(face, name))
 
 
 @pytest.mark.parametrize(
     "module",
     [
-        "platform_daemon.engine",
-        "platform_daemon.store",
-        "platform_daemon.settings",
-        "platform_daemon.serving.hardware_process",
+        "platform_daemon.core.hardware.engine",
+        "platform_daemon.core.recordings.series_writer",
+        "platform_daemon.core.settings",
+        "platform_daemon.core.service.local",
+        "platform_daemon.processes.hardware_process",
     ],
 )
 def test_what_the_hardware_process_imports_loads_neither_compiler_nor_pictures_nor_web(module):
-    heavy = "numba", "matplotlib", "fastapi", "scipy.stats"
-    code = f"import sys, {module}; print([m for m in {heavy!r} if m in sys.modules])"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
-    assert out.stdout.strip() == "[]"
+    assert loaded(f"import {module}", ("numba", "matplotlib", "fastapi", "scipy.stats")) == []
 
 
 def test_the_process_for_stop_loads_next_to_nothing():
-    heavy = "numba", "matplotlib", "numpy", "scipy", "h5py", "prometheus_client", "platform_daemon.engine"
-    made = "from platform_daemon.api import create_stop_api, served; from platform_daemon.link import Stopper"
-    code = f"import sys, platform_daemon.serving.stop_process; {made}; from platform_daemon.store import tokens_in"
-    found = f"print([m for m in {heavy!r} if m in sys.modules])"
-    out = subprocess.run(
-        [sys.executable, "-c", f"{code}; {found}"], capture_output=True, text=True, check=True, timeout=60
+    code = (
+        "import platform_daemon.processes.stop_process;"
+        "from platform_daemon.core.web.stop_server import create_stop_api;"
+        "from platform_daemon.core.web.network.http_server import running_server;"
+        "from platform_daemon.core.service.stopping import Stopper;"
+        "from platform_daemon.core.state.tokens import tokens_in"
     )
-    assert out.stdout.strip() == "[]"
+    heavy = ("numba", "matplotlib", "numpy", "scipy", "h5py", "prometheus_client", "platform_daemon.core.hardware")
+    assert loaded(code, heavy) == []
 
 
 def test_the_web_process_starts_without_compiler_pictures_and_half_of_scipy():
-    heavy = "numba", "matplotlib", "scipy.stats", "scipy.signal", "scipy.optimize"
-    code = f"import sys, platform_daemon.serving.web_process; print([m for m in {heavy!r} if m in sys.modules])"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
-    assert out.stdout.strip() == "[]"
+    heavy = ("numba", "matplotlib", "scipy.stats", "scipy.signal", "scipy.optimize")
+    assert loaded("import platform_daemon.processes.web_process", heavy) == []
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["measure", "--resonator", "jewel", "--dry-run"],
+        ["sweep", "--resonator", "jewel", "--over", "field_ut=100:200:100", "--dry-run"],
+        ["outputs-off", "--platform", "simulated"],
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_command_that_makes_no_shot_loads_neither_compiler_nor_pictures_nor_web_nor_scipy(
+    words, tmp_path, monkeypatch
+):
+    """The devices are opened and read back, and the plan is checked in full, without what only a shot needs."""
+    monkeypatch.chdir(tmp_path)
+    code = f"import platform_daemon.cli.main as cli; sys.argv = ['platform-daemon', *{words!r}]; code = run(cli.main)"
+    run = "def run(main):\n try: main()\n except SystemExit as end: assert not end.code, end.code"
+    heavy = ("numba", "matplotlib", "fastapi", "scipy.signal", "scipy.special", "scipy.optimize", "scipy.constants")
+    assert loaded(f"exec({run!r}); {code}", heavy) == []
+
+
+def test_every_folder_of_the_features_is_one_line_of_the_registry():
+    folders = {path.parent.name for path in (ROOT / "features").glob("*/__init__.py")}
+    assert folders == set(FEATURES)
+    assert len(FEATURES) == len(set(FEATURES))
+
+
+@pytest.mark.parametrize(("word", "most"), [("self_?test", 8), ("ramp", 9)])
+def test_a_feature_is_named_in_few_files_of_the_daemon(word, most):
+    """A feature that is named everywhere can be understood nowhere.  The client, with a method for each, is apart."""
+    pattern = re.compile(rf"\b\w*{word}\w*\b", re.IGNORECASE)
+    daemon = [path for path in ROOT.rglob("*.py") if path.relative_to(ROOT).parts[0] != "client"]
+    named = [path for path in daemon if pattern.search(code_of(path))]
+    assert len(named) <= most, [str(path.relative_to(ROOT)) for path in named]
+
+
+def code_of(path: Path) -> str:
+    """The names in a file: what is imported, defined and used, and no text."""
+    names = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Name):
+            names.append(node.id)
+        elif isinstance(node, ast.Attribute):
+            names.append(node.attr)
+        elif isinstance(node, ast.ImportFrom):
+            names += [node.module or "", *(each.name for each in node.names)]
+        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+            names.append(node.name)
+        elif isinstance(node, ast.arg):
+            names.append(node.arg)
+    return " ".join(names)
+
+
+def test_the_warm_up_of_the_simulated_platform_loads_what_its_first_shot_imports():
+    code = "import sim_backend.backend; from sim_backend.world.warm_up import warm_up"
+    needed = ("sim_backend.world.shot", "sim_backend.receive.receiver", "scipy.fft", "numba")
+    assert loaded("import sim_backend.backend", needed) == []
+    assert loaded(code, needed) == list(needed)

@@ -9,7 +9,7 @@ from pathlib import Path
 from tests.kit.data import ROOT
 
 PACKAGES = ("platform_daemon", "drivers", "sequences", "sim_backend")
-LONGEST_FILE, LONGEST_FUNCTION = 300, 60  # lines
+LONGEST_FILE, LONGEST_FUNCTION = 400, 80  # lines
 
 
 def modules() -> Iterator[Path]:
@@ -17,13 +17,13 @@ def modules() -> Iterator[Path]:
         yield from sorted((ROOT / package).rglob("*.py"))
 
 
-def test_no_file_is_longer_than_300_lines():
+def test_no_file_is_longer_than_400_lines():
     long = {str(path.relative_to(ROOT)): len(path.read_text().splitlines()) for path in modules()}
     assert len(long) > 300
     assert not {name: lines for name, lines in long.items() if lines > LONGEST_FILE}
 
 
-def test_no_function_is_longer_than_60_lines():
+def test_no_function_is_longer_than_80_lines():
     long = {}
     for path in modules():
         for node in ast.walk(ast.parse(path.read_text())):
@@ -33,7 +33,8 @@ def test_no_function_is_longer_than_60_lines():
     assert not {name: lines for name, lines in long.items() if lines > LONGEST_FUNCTION}
 
 
-def test_the_root_of_the_daemon_holds_at_most_five_files_and_sixteen_rooms():
+def test_the_root_of_the_daemon_holds_two_files_and_ten_rooms():
     root = ROOT / "platform_daemon"
-    assert len(list(root.glob("*.py"))) <= 5
-    assert len(list(root.glob("*/__init__.py"))) <= 16
+    assert {path.name for path in root.glob("*.py")} == {"__init__.py", "__main__.py"}
+    rooms = {"cli", "client", "core", "design", "diagnosis", "estimation", "features", "library", "processes"}
+    assert {path.parent.name for path in root.glob("*/__init__.py")} == rooms | {"testing"}

@@ -9,8 +9,9 @@ from pathlib import Path
 from tests.kit.data import ROOT
 
 TESTS = ROOT / "tests"
-WITHOUT_A_ROOM = {"benchmarks", "campaigns", "data", "kit", "system"}
-PROGRAMS = {"benchmarks", "campaigns", "system"}  # of these a file may import what is neither test nor conftest
+WITHOUT_A_ROOM = {"benchmarks", "campaigns", "data", "evidence", "kit", "page", "system"}
+# Of these a file may import what is neither test nor conftest.
+PROGRAMS = {"benchmarks", "campaigns", "evidence", "page", "system"}
 MODULES = sorted(TESTS.rglob("*.py"))
 FOLDERS = sorted({p.parent for p in MODULES if p.relative_to(TESTS).parts[0] not in WITHOUT_A_ROOM} - {TESTS})
 

@@ -25,9 +25,9 @@ CASES = {
 def test_simulator_and_estimator_agree_to_1e_9_of_the_rms_signal_over_the_whole_window(case):
     model, f_nat_hz, amplitude, values, seconds = CASES[case]
     w, theta, n = 2 * math.pi * f_nat_hz, 1.3, round(seconds * RATE_HZ)
-    estimated = Trajectory(model, MotionParameters(w, theta, amplitude, values), seconds).basis(
-        0, n, 1 / RATE_HZ, DIPOLE
-    )[:2]
+    estimated = Trajectory(
+        model, MotionParameters(w=w, theta=theta, amplitude=amplitude, values=values), seconds
+    ).basis(0, n, 1 / RATE_HZ, DIPOLE)[:2]
     q = np.zeros(SLOTS)
     q[DAMPING], q[STIFFNESS], q[HERTZ] = 2 * values[0], w**2, values[1] if len(values) > 1 else 0.0
     motion = move(0.0, seconds + theta / w, amplitude, 0.0, q)

@@ -1,4 +1,4 @@
-"""Additive effects stand in the data beside the signal: tones, decaying oscillations, decaying offsets."""
+"""Additive effects are a sum with the signal: tones, decaying oscillations, decaying offsets."""
 
 from __future__ import annotations
 
@@ -7,34 +7,54 @@ from functools import partial
 
 import numpy as np
 
-from platform_daemon.estimation import Array
+from platform_daemon.diagnosis.shots.linearisation import Linearisation
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
 
-from ..shots.linearisation import Linearisation
 from .effect import Candidate, Detail, Effect
 from .receiver import AXES
 
+_LIMITS = THRESHOLDS.effects
 MAINS = Effect(
-    "mains_interference", "A m^2/s", 0, ("blank_shots",), "lines at multiples of 50 or 60 Hz, in blank shots too",
-    "mains",
-)  # fmt: skip
+    id="mains_interference",
+    unit="A m^2/s",
+    sign=0,
+    separates=("blank_shots",),
+    signature="lines at multiples of 50 or 60 Hz, in blank shots too",
+    source="mains",
+)
 LINE = Effect(
-    "spectral_line", "A m^2/s", 0, ("blank_shots",), "a line that is as strong at the end, in blank shots too",
-    "switching converters, motors, other instruments",
-)  # fmt: skip
+    id="spectral_line",
+    unit="A m^2/s",
+    sign=0,
+    separates=("blank_shots",),
+    signature="a line that is as strong at the end, in blank shots too",
+    source="switching converters, motors, other instruments",
+)
 SIDE_MODE = Effect(
-    "side_mode", "A m^2/s", 0, ("other_excitation_axis", "second_amplitude"),
-    "a line that decays, with a phase tied to the excitation", "modes of the suspended magnet other than its rotation",
-)  # fmt: skip
+    id="side_mode",
+    unit="A m^2/s",
+    sign=0,
+    separates=("other_excitation_axis", "second_amplitude"),
+    signature="a line that decays, with a phase tied to the excitation",
+    source="modes of the suspended magnet other than its rotation",
+)
 TRANSIENT = Effect(
-    "switch_transient", "A m^2/s", 0, ("blank_shots",), "an offset that decays from the start of the window",
-    "charge of the switch, recovery of the amplifier",
-)  # fmt: skip
+    id="switch_transient",
+    unit="A m^2/s",
+    sign=0,
+    separates=("blank_shots",),
+    signature="an offset that decays from the start of the window",
+    source="charge of the switch, recovery of the amplifier",
+)
 ZERO_DRIFT = Effect(
-    "zero_drift", "rad/s", 0, ("longer_window",), "the middle between two turning points moves with time",
-    "a support or a camera that moves, an encoder's zero",
-)  # fmt: skip
-_SETTLING = (0.05, 0.2, 0.6)  # time constants of a zero that settles, of the window
-MAINS_TOLERANCE = 0.004
+    id="zero_drift",
+    unit="rad/s",
+    sign=0,
+    separates=("longer_window",),
+    signature="the middle between two turning points moves with time",
+    source="a support or a camera that moves, an encoder's zero",
+)
 
 
 def tone(effect: Effect, frequencies_hz: tuple[float, ...], base_hz: float, trials: float) -> Candidate:
@@ -43,7 +63,7 @@ def tone(effect: Effect, frequencies_hz: tuple[float, ...], base_hz: float, tria
     detail = Detail(frequency_hz=base_hz)
 
     def near(bins_hz: float) -> list[Candidate]:
-        places = [step * bins_hz + base_hz for step in (-0.3, -0.15, 0.0, 0.15, 0.3)]
+        places = [step * bins_hz + base_hz for step in _LIMITS.tone_moves_bins]
         return [tone(effect, (f,), f, trials) for f in places]
 
     moves = near if len(frequencies_hz) == 1 and effect is LINE else None
@@ -68,7 +88,9 @@ def side_mode(
         """In steps of a third of the line's width and of a quarter of the decay time."""
         width_hz, rest = share / (2.0 * math.pi * tau_s), (channel, channels)
         places = [
-            (frequency_hz + a * width_hz, tau_s * 1.25 ** (share * b)) for a in (-1, 0, 1) for b in (-2, -1, 0, 1, 2)
+            (frequency_hz + a * width_hz, tau_s * _LIMITS.side_mode_ratio ** (share * b))
+            for a in (-1, 0, 1)
+            for b in _LIMITS.side_mode_moves
         ]
         return [side_mode(f, tau, *rest, shared=shared, trials=trials) for f, tau in places]
 
@@ -86,7 +108,7 @@ def transient(tau_s: float, channel: int | None, channels: int, *, trials: float
     detail = Detail(_axis(channel, channels), tau_s=tau_s)
 
     def near(share: float) -> list[Candidate]:
-        places = [tau_s * 1.2 ** (share * step) for step in (-3, -2, -1, 0, 1, 2, 3)]
+        places = [tau_s * _LIMITS.transient_ratio ** (share * step) for step in _LIMITS.transient_moves]
         return [transient(tau, channel, channels, trials=trials) for tau in places]
 
     return Candidate(TRANSIENT, detail, columns=columns, size=count, parts=parts, near=near, trials=trials)
@@ -94,18 +116,18 @@ def transient(tau_s: float, channel: int | None, channels: int, *, trials: float
 
 def zero_drifts(seconds: float) -> list[Candidate]:
     """An angle's zero that moves at a steady rate through a window of this length, or that settles in it."""
-    steady = Candidate(ZERO_DRIFT, columns=lambda look: np.asarray(look.time_s[None, None]), size=1)
-    return [steady, *(_settling_zero(share * seconds) for share in _SETTLING)]
+    steady = Candidate(ZERO_DRIFT, columns=lambda linearisation: np.asarray(linearisation.time_s[None, None]), size=1)
+    return [steady, *(_settling_zero(share * seconds) for share in _LIMITS.settling_zero_shares)]
 
 
 def _settling_zero(tau_s: float) -> Candidate:
     """Its rate at the first sample, with the time constant of its end."""
 
     def near(share: float) -> list[Candidate]:
-        return [_settling_zero(tau_s * 1.4 ** (share * step)) for step in (-2, -1, 0, 1, 2)]
+        return [_settling_zero(tau_s * _LIMITS.zero_ratio ** (share * step)) for step in _LIMITS.zero_moves]
 
-    def columns(look: Linearisation) -> Array:
-        return np.asarray(-tau_s * np.expm1(-look.time_s / tau_s)[None, None])
+    def columns(linearisation: Linearisation) -> Array:
+        return np.asarray(-tau_s * np.expm1(-linearisation.time_s / tau_s)[None, None])
 
     return Candidate(ZERO_DRIFT, Detail(tau_s=tau_s), columns=columns, size=1, near=near)
 
@@ -123,26 +145,26 @@ def _spread(rows: Array, channel: int | None, channels: int) -> Array:
     return out
 
 
-def _passed(look: Linearisation, frequency_hz: float) -> Array:
-    """What the filters of the grids let through at a frequency, at every instant (m,)."""
-    rate, parts = look.started.shot.rate_hz, []
-    for g in look.started.grids:
+def _filter_gain(linearisation: Linearisation, frequency_hz: float) -> Array:
+    """Gain of the decimation filters at a frequency, at every instant (m,)."""
+    rate, parts = linearisation.prepared.shot.rate_hz, []
+    for g in linearisation.prepared.grids:
         half = g.taps.size // 2
         turn = 2.0 * np.pi * frequency_hz / rate * np.arange(-half, half + 1)
         parts.append(np.full(g.count, float(np.sum(g.taps * np.cos(turn)))))
     return np.concatenate(parts)
 
 
-def _waves(frequencies_hz: tuple[float, ...], tau_s: float, channel: int | None, look: Linearisation) -> Array:
+def _waves(frequencies_hz: tuple[float, ...], tau_s: float, channel: int | None, linearisation: Linearisation) -> Array:
     rows = []
-    fall = np.exp(-look.time_s / tau_s)
+    fall = np.exp(-linearisation.time_s / tau_s)
     for f in frequencies_hz:
-        turn = 2.0 * np.pi * f * look.time_s
-        size = fall * _passed(look, f)
+        turn = 2.0 * np.pi * f * linearisation.time_s
+        size = fall * _filter_gain(linearisation, f)
         rows += [size * np.cos(turn), size * np.sin(turn)]
-    return _spread(np.stack(rows), channel, look.residual.shape[0])
+    return _spread(np.stack(rows), channel, linearisation.residual.shape[0])
 
 
-def _offsets(tau_s: float, channel: int | None, look: Linearisation) -> Array:
-    fall = np.exp(-look.time_s / tau_s)
-    return _spread(fall[None], channel, look.residual.shape[0])
+def _offsets(tau_s: float, channel: int | None, linearisation: Linearisation) -> Array:
+    fall = np.exp(-linearisation.time_s / tau_s)
+    return _spread(fall[None], channel, linearisation.residual.shape[0])

@@ -5,7 +5,7 @@ An effect is tried as candidates: the effect at one place (axis, frequency, deca
 * A torque candidate names a term of estimation/physics/torques; its columns come with the term's derivatives.
 * A receiver candidate changes the channels of the model: it has columns, the change per unit of strength, and the
   whole change at any strength.
-* An additive candidate stands in the data beside the signal: it has columns of its own, linear in their sizes.
+* An additive candidate is a sum with the signal: it has columns of its own, linear in their amplitudes.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from platform_daemon.estimation import Array, TorqueTerm
-
-from ..shots.linearisation import Linearisation
+from platform_daemon.diagnosis.shots.linearisation import Linearisation
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.torque_term import TorqueTerm
 
 Columns = Callable[[Linearisation], Array]
 Change = Callable[[Linearisation, float], Array]
 Public = Callable[[float, float, float], tuple[float, float]]
 
 
-def as_it_is(strength: float, sd: float, f_nat_hz: float) -> tuple[float, float]:
-    """A strength that is published as it is fitted."""
+def unchanged(strength: float, sd: float, f_nat_hz: float) -> tuple[float, float]:
+    """Publish a strength in the unit in which it is fitted."""
     return strength, sd
 
 
@@ -40,7 +40,7 @@ class Detail:
     end: str | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Effect:
     """One effect.
 
@@ -48,7 +48,7 @@ class Effect:
         id: public name.
         unit: of its strength.
         sign: 1: physics allows no negative strength; 0: either sign.
-        separates: keys of the measurements (next_measurements.py) that set it apart from its look-alikes.
+        separates: keys of the measurements (next_measurements.py) that separate it from effects that look alike.
         signature: how it shows in the residual.
         source: who described it.
         absorbed: the part of it that declared parameters take up, whatever its size.
@@ -72,7 +72,7 @@ class Candidate:
         term: the torque term, for torque candidates; its first coefficient is the strength, the others are `hidden`.
         hidden: values of the term's further coefficients, in their units.
         columns: (q, channels, m) from a Linearisation, for receiver (q = 1) and additive candidates.
-        change: (look, strength) -> change of the model's channels, (channels, m), for receiver candidates.
+        change: (linearisation, strength) -> change of the model's channels, (channels, m), for receiver candidates.
         shared: additive only: sizes are common to all shots (tied to the start of the shot), else each has its own.
         of: coefficient of the declared model that the strength is a share of, as every shot has it; "": of none.
         public: (strength of the fit, its sd, mean natural frequency in Hz) -> the same as published.
@@ -81,7 +81,7 @@ class Candidate:
         scale_limits, at_scale: between what the hidden scale is sought by refits, and the same effect at any of them.
         largest: size of the strength beyond which it is no longer a small effect of this kind, but something else.
         tones_hz: of steady tones, all that belong together.
-        trials: so many independent places were searched for this one; its p-value is corrected by them.
+        trials: number of independent places that were searched; the p-value is corrected for it.
         f_nat_course: (time in s) -> relative change of f_nat by a unit of strength, of torques that are only this.
     """
 
@@ -94,7 +94,7 @@ class Candidate:
     change: Change | None = None
     shared: bool = True
     size: int = 1
-    public: Public = as_it_is
+    public: Public = unchanged
     parts: tuple[Candidate, ...] = ()
     near: Callable[[float], list[Candidate]] | None = None
     scale_limits: tuple[float, float] | None = None
@@ -115,5 +115,5 @@ class Candidate:
 
     @property
     def additive(self) -> bool:
-        """True if it stands beside the signal."""
+        """True if the effect is a sum with the signal."""
         return self.term is None and self.change is None

@@ -1,4 +1,4 @@
-"""A kick: somebody touches the table, a door slams, and the swing goes on with another velocity.
+"""A kick, such as a touch of the table or a slammed door, changes the angular velocity at one instant.
 
 From that instant on the motion differs by a solution of the linearised equation of motion that begins with a unit step
 of the velocity: a combination of its derivatives by phase and by amplitude.
@@ -10,39 +10,45 @@ from functools import partial
 
 import numpy as np
 
-from platform_daemon.estimation import Array
+from platform_daemon.diagnosis.shots.linearisation import Linearisation
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
 
-from ..shots.linearisation import Linearisation
 from .effect import Candidate, Detail, Effect
 
+_LIMITS = THRESHOLDS.effects
 KICK = Effect(
-    "kick", "rad/s", 0, ("more_shots",), "amplitude and phase change at one instant",
-    "a touch, a step nearby, a door",
-)  # fmt: skip
-_MOVES = (-3.0, -1.0, 0.0, 1.0, 3.0)  # of the instant, in 40ths of a period
+    id="kick",
+    unit="rad/s",
+    sign=0,
+    separates=("more_shots",),
+    signature="amplitude and phase change at one instant",
+    source="a touch, a step nearby, a door",
+)
 
 
 def kick(time_s: float, period_s: float, rate_hz: float, trials: float) -> Candidate:
     """At one instant of a single recorded swing."""
 
     def near(share: float) -> list[Candidate]:
-        return [kick(time_s + share * step * period_s / 40.0, period_s, rate_hz, trials) for step in _MOVES]
+        moves_s = [share * step * period_s / _LIMITS.kick_parts for step in _LIMITS.kick_moves]
+        return [kick(time_s + move_s, period_s, rate_hz, trials) for move_s in moves_s]
 
     detail = Detail(sample=round(time_s * rate_hz))
-    return Candidate(KICK, detail, columns=partial(_answer, time_s), size=1, near=near, trials=trials)
+    return Candidate(KICK, detail, columns=partial(_response, time_s), size=1, near=near, trials=trials)
 
 
-def _answer(time_s: float, look: Linearisation) -> Array:
+def _response(time_s: float, linearisation: Linearisation) -> Array:
     """Change of the angle by a kick of 1 rad/s, (1, 1, m)."""
-    time = look.time_s
-    angles, speeds = look.free_motion[:, 0], look.free_motion[:, 1]
+    time = linearisation.time_s
+    angles, speeds = linearisation.free_motion[:, 0], linearisation.free_motion[:, 1]
     at = [np.array([[np.interp(time_s, time, row)] for row in rows]) for rows in (angles, speeds)]
-    gain = look.state.observation.gains(look.state.dynamics.w)[0, 0] / look.state.dynamics.w
-    return np.asarray((gain * (time >= time_s) * (begun(*at)[:, 0] @ angles))[None, None])
+    gain = linearisation.state.observation.gains(linearisation.state.dynamics.w)[0, 0] / linearisation.state.dynamics.w
+    return np.asarray((gain * (time >= time_s) * (kick_shares(*at)[:, 0] @ angles))[None, None])
 
 
-def begun(angles: Array, speeds: Array) -> Array:
-    """Shares (2, n) of two solutions (2, n) in the one that begins at each instant with angle 0 and velocity 1."""
+def kick_shares(angles: Array, speeds: Array) -> Array:
+    """Weights (2, n) of two solutions (2, n) in the one with angle 0 and velocity 1 at each instant."""
     wronskian = angles[0] * speeds[1] - angles[1] * speeds[0]
-    alive = np.abs(wronskian) > 0.0  # a rotor that sticks answers to nothing
+    alive = np.abs(wronskian) > 0.0  # a rotor that sticks does not respond
     return np.where(alive, np.stack([-angles[1], angles[0]]) / np.where(alive, wronskian, 1.0), 0.0)

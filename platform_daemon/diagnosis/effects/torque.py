@@ -6,65 +6,113 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation import TERMS, RingDownModel, TorqueTerm
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.torque_term import TorqueTerm
+from platform_daemon.estimation.physics.torques import SEPARATE, TERMS
 
 from .effect import Candidate, Detail, Effect
 
+_LIMITS = THRESHOLDS.effects
 _LONGER, _AMPLITUDE, _TURN, _BIAS = "longer_window", "second_amplitude", "turn_90_deg", "bias_field"
 _KANJ = "Kanj et al. 2022, losses of magneto-mechanical resonators"
 EFFECTS = (
     Effect(
-        "coulomb_friction", "rad/s^2", 1, (_LONGER, _AMPLITUDE),
-        "lambda(window) rises as 1/phi; v1 in amplitude", f"dry friction in joints and fibres: {_KANJ}",
+        id="coulomb_friction",
+        unit="rad/s^2",
+        sign=1,
+        separates=(_LONGER, _AMPLITUDE),
+        signature="lambda(window) rises as 1/phi; v1 in amplitude",
+        source=f"dry friction in joints and fibres: {_KANJ}",
     ),
     Effect(
-        "hertz_friction", "rad/s^2", 1, (_LONGER, _AMPLITUDE),
-        "as dry friction, weaker at large angles", "eq:Jewel_ODE_norm, of a jewel bearing",
+        id="hertz_friction",
+        unit="rad/s^2",
+        sign=1,
+        separates=(_LONGER, _AMPLITUDE),
+        signature="as dry friction, weaker at large angles",
+        source="eq:Jewel_ODE_norm, of a jewel bearing",
     ),
     Effect(
-        "quadratic_drag", "1/rad", 1, (_AMPLITUDE, _LONGER),
-        "lambda(window) falls with the amplitude", "inertial drag of air; Nelson and Olsson 1986",
+        id="quadratic_drag",
+        unit="1/rad",
+        sign=1,
+        separates=(_AMPLITUDE, _LONGER),
+        signature="lambda(window) falls with the amplitude",
+        source="inertial drag of air; Nelson and Olsson 1986",
     ),
     Effect(
-        "angle_dependent_damping", "1/s", 0, (_AMPLITUDE, _LONGER),
-        "lambda(window) follows phi^2", f"streaming, eddy currents that depend on the gap: {_KANJ}",
+        id="angle_dependent_damping",
+        unit="1/s",
+        sign=0,
+        separates=(_AMPLITUDE, _LONGER),
+        signature="lambda(window) follows phi^2",
+        source=f"streaming, eddy currents that depend on the gap: {_KANJ}",
     ),
     Effect(
-        "restoring_anharmonicity", "1", 0, (_AMPLITUDE, _TURN),
-        "f_nat(window) follows phi^2; u2 in amplitude", "stretch of the thread, higher moments of the magnets",
+        id="restoring_anharmonicity",
+        unit="1",
+        sign=0,
+        separates=(_AMPLITUDE, _TURN),
+        signature="f_nat(window) follows phi^2; u2 in amplitude",
+        source="stretch of the thread, higher moments of the magnets",
     ),
     Effect(
-        "torsion_stiffness", "1", 1, (_AMPLITUDE, _BIAS),
-        "as restoring anharmonicity -k/3, with f_nat shifted", "torsion of the thread",
-        "most of a torsion is a shift of f_nat; f_nat_hz is that of the declared sine term",
+        id="torsion_stiffness",
+        unit="1",
+        sign=1,
+        separates=(_AMPLITUDE, _BIAS),
+        signature="as restoring anharmonicity -k/3, with f_nat shifted",
+        source="torsion of the thread",
+        absorbed="most of a torsion is a shift of f_nat; f_nat_hz is that of the declared sine term",
     ),
     Effect(
-        "bias_torque", "rad/s^2", 0, (_AMPLITUDE, _BIAS),
-        "v2, u3 and u1: the swing is not symmetric", "twisted thread, eccentric weight",
+        id="bias_torque",
+        unit="rad/s^2",
+        sign=0,
+        separates=(_AMPLITUDE, _BIAS),
+        signature="v2, u3 and u1: the swing is not symmetric",
+        source="twisted thread, eccentric weight",
     ),
-)  # fmt: skip
+)
 DRIFT = Effect(
-    "frequency_drift", "Hz/s", 0, (_LONGER,), "f_nat(window) follows the time, whatever the amplitude",
-    "heating, creep of the magnets' distance",
-)  # fmt: skip
+    id="frequency_drift",
+    unit="Hz/s",
+    sign=0,
+    separates=(_LONGER,),
+    signature="f_nat(window) follows the time, whatever the amplitude",
+    source="heating, creep of the magnets' distance",
+)
 STRIBECK = Effect(
-    "stribeck_friction", "1", 0, (_LONGER, _AMPLITUDE), "T_f(window) rises as the motion dies", "Stribeck 1902",
-)  # fmt: skip
+    id="stribeck_friction",
+    unit="1",
+    sign=0,
+    separates=(_LONGER, _AMPLITUDE),
+    signature="T_f(window) rises as the motion dies",
+    source="Stribeck 1902",
+)
 STRIBECK_OF_PENDULUM = Effect(
-    "stribeck_friction", "rad/s^2", 1, (_LONGER, _AMPLITUDE),
-    "lambda(window) rises faster than 1/phi as the motion dies", "friction that falls with the speed: Stribeck 1902",
-)  # fmt: skip
+    id="stribeck_friction",
+    unit="rad/s^2",
+    sign=1,
+    separates=(_LONGER, _AMPLITUDE),
+    signature="lambda(window) rises faster than 1/phi as the motion dies",
+    source="friction that falls with the speed: Stribeck 1902",
+)
 CUBIC = Effect(
-    "cubic_restoring", "1", 0, (_AMPLITUDE,), "f_nat(window) follows phi^2",
-    "a spring that stiffens, a stretched wire: Duffing 1918",
-)  # fmt: skip
-_STRIBECK_SPEEDS = (5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)  # rad/s
-_SLOWEST, _FASTEST = 0.05, 2.0  # velocity scales of a pendulum's friction, of its peak speed
-_OFTEN = 0.3  # of it: where the search begins
+    id="cubic_restoring",
+    unit="1",
+    sign=0,
+    separates=(_AMPLITUDE,),
+    signature="f_nat(window) follows phi^2",
+    source="a spring that stiffens, a stretched wire: Duffing 1918",
+)
 SPRINGS = frozenset({"restoring_anharmonicity", "torsion_stiffness", "cubic_restoring"})  # they go with f_nat^2
-_LARGEST = {"restoring_anharmonicity": 1.0, "torsion_stiffness": 1.0, "cubic_restoring": 0.5}
-_OFTEN_SETTLED, _SLOW_SETTLING, _FAST_SETTLING = 4.0, 1.0, 40.0  # time constants in a window
-_DRIFT = 0.2  # of f_nat over the window: beyond that it is no drift
+_LARGEST = {
+    "restoring_anharmonicity": _LIMITS.largest_anharmonicity,
+    "torsion_stiffness": _LIMITS.largest_torsion,
+    "cubic_restoring": _LIMITS.largest_cubic,
+}
 
 
 def torque_candidates(model: RingDownModel, *, jewel_law: bool = True) -> list[Candidate]:
@@ -73,7 +121,21 @@ def torque_candidates(model: RingDownModel, *, jewel_law: bool = True) -> list[C
     jewel_law: the Hertz contact's law holds at the angles of these shots.
     """
     unfit = {t.name for t in model.terms} | (set() if jewel_law else {"hertz_friction"})
-    return [Candidate(effect, term=TERMS[effect.id]) for effect in EFFECTS if effect.id not in unfit]
+    declared = [Candidate(effect, term=TERMS[effect.id]) for effect in EFFECTS if effect.id not in unfit]
+    own = [term for term in SEPARATE if term.name not in unfit and len(term.coefficients) == 1]
+    return [*declared, *(Candidate(_effect_of(term), term=term) for term in own)]
+
+
+def _effect_of(term: TorqueTerm) -> Effect:
+    """The effect of a term of another package."""
+    return Effect(
+        id=term.name,
+        unit=term.coefficients[0].unit,
+        sign=1 if term.loses_energy else 0,
+        separates=(_AMPLITUDE, _LONGER),
+        signature="as its equation says",
+        source=f"the torque term of {term.function.__module__}",
+    )
 
 
 def pendulum_candidates(model: RingDownModel, fastest_rad_per_s: float, seconds: float) -> list[Candidate]:
@@ -83,11 +145,11 @@ def pendulum_candidates(model: RingDownModel, fastest_rad_per_s: float, seconds:
     """
     plain = [*torque_candidates(model, jewel_law=False), Candidate(CUBIC, term=TERMS["cubic_restoring"])]
     plain = [replace(c, largest=_LARGEST.get(c.effect.id, c.largest)) for c in plain if c.term not in model.terms]
-    found = [*plain, replace(drift_candidate(), largest=_DRIFT / seconds)]
+    found = [*plain, replace(drift_candidate(), largest=_LIMITS.largest_drift / seconds)]
     found.append(settling_candidate(seconds))
     if TERMS["stribeck_coulomb_friction"] not in model.terms:
-        bounds = _SLOWEST * fastest_rad_per_s, _FASTEST * fastest_rad_per_s
-        found.append(_of_pendulum(_OFTEN * fastest_rad_per_s, *bounds))
+        bounds = _LIMITS.slowest_scale * fastest_rad_per_s, _LIMITS.fastest_scale * fastest_rad_per_s
+        found.append(_of_pendulum(_LIMITS.first_scale * fastest_rad_per_s, *bounds))
     return found
 
 
@@ -114,7 +176,9 @@ def drift_candidate() -> Candidate:
 
 def settling_candidate(seconds: float) -> Candidate:
     """f_nat that moves at first and comes to rest within a window of this length; its rate at the first sample."""
-    return _settling(_OFTEN_SETTLED / seconds, _SLOW_SETTLING / seconds, _FAST_SETTLING / seconds)
+    return _settling(
+        _LIMITS.first_settling / seconds, _LIMITS.slowest_settling / seconds, _LIMITS.fastest_settling / seconds
+    )
 
 
 def _settling(rate: float, slowest: float, fastest: float) -> Candidate:
@@ -124,10 +188,15 @@ def _settling(rate: float, slowest: float, fastest: float) -> Candidate:
         return _settling(other, slowest, fastest)
 
     return Candidate(
-        DRIFT, Detail(tau_s=1.0 / rate), term=TERMS["frequency_settling"], hidden=(rate,),
-        public=lambda q, sd, f_nat: (q * f_nat, sd * f_nat), scale_limits=(slowest, fastest), at_scale=at_scale,
+        DRIFT,
+        Detail(tau_s=1.0 / rate),
+        term=TERMS["frequency_settling"],
+        hidden=(rate,),
+        public=lambda q, sd, f_nat: (q * f_nat, sd * f_nat),
+        scale_limits=(slowest, fastest),
+        at_scale=at_scale,
         f_nat_course=lambda time_s: -np.expm1(-rate * time_s) / rate,
-    )  # fmt: skip
+    )
 
 
 def stribeck_candidates(model: RingDownModel) -> list[Candidate]:
@@ -135,13 +204,13 @@ def stribeck_candidates(model: RingDownModel) -> list[Candidate]:
     term: TorqueTerm = TERMS["stribeck_friction"]
     if "hertz_friction" not in {t.name for t in model.terms} or term in model.terms:
         return []
-    return [_stribeck(term, speed) for speed in _STRIBECK_SPEEDS]
+    return [_stribeck(term, speed) for speed in _LIMITS.stribeck_rad_per_s]
 
 
 def _stribeck(term: TorqueTerm, speed: float) -> Candidate:
     """At one velocity scale in rad/s."""
 
     def near(share: float) -> list[Candidate]:
-        return [_stribeck(term, speed * 2.0 ** (share * step)) for step in (-0.6, -0.3, 0.0, 0.3, 0.6)]
+        return [_stribeck(term, speed * 2.0 ** (share * step)) for step in _LIMITS.stribeck_moves]
 
     return Candidate(STRIBECK, term=term, hidden=(speed,), of="tf_over_i_rad_per_s2", near=near)

@@ -1,4 +1,4 @@
-"""Accepted effects with their evidence: strength, chance, what they gain on held-out data, what they look like."""
+"""Accepted effects with their evidence: strength, p-value, gain on held-out data, look-alikes."""
 
 from __future__ import annotations
 
@@ -9,26 +9,32 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import is_mains
+from platform_daemon.diagnosis.effects.additive import LINE, MAINS
+from platform_daemon.diagnosis.effects.effect import Candidate, Detail, Effect
+from platform_daemon.diagnosis.regression.cross_validation import CrossValidation
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.regression.score_test import ScoreTable, score_table
+from platform_daemon.diagnosis.selection.confounders import Confounder, confounders, gain_of, two_in_place
+from platform_daemon.diagnosis.selection.data_integrity import DataDefect
+from platform_daemon.diagnosis.selection.scales import strength_spread
+from platform_daemon.diagnosis.selection.significance import log_chance
+from platform_daemon.diagnosis.selection.stepwise import Selection
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.diagnosis.validation.validated_effects import ReplacedEffects, held_out_gain_of, without
+from platform_daemon.estimation.screening.spectral_lines import is_mains
 
-from ..effects.additive import LINE, MAINS, MAINS_TOLERANCE
-from ..effects.clock import gap
-from ..effects.effect import Candidate
-from ..regression.cross_validation import CrossValidation
-from ..regression.joint_fit import JointFit
-from ..regression.score_test import ScoreTable, score_table
-from ..selection.confounders import Confounder, confounders, gain_of, two_in_place
-from ..selection.data_integrity import DataDefect
-from ..selection.scales import strength_spread
-from ..selection.significance import log_chance
-from ..selection.stepwise import Selection
-from ..validation.validated_effects import ReplacedEffects, held_out_gain_of, without
-
-_NEAR = 4.0  # rise of chi^2 up to which another hidden scale tells of the strength's error
-_SCALES = (0.1, 0.4, 1.5, 4.0)  # shares of a grid step at which a hidden scale is varied
+_LIMITS = THRESHOLDS.findings
+GAP = Effect(
+    id="clock_gap",
+    unit="samples",
+    sign=1,
+    separates=(),
+    signature="the phase steps at one sample",
+    source="samples that the card or its link has lost",
+)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AcceptedEffect:
     """An accepted effect.
 
@@ -44,16 +50,16 @@ class AcceptedEffect:
 
     @property
     def rise(self) -> float:
-        """Of chi^2 for the look-alike that is told apart least."""
+        """Least rise of chi^2 over the look-alikes."""
         return min((r.rise for r in self.confounders), default=0.0)
 
 
 def accepted_effects(
-    found: Selection, seen: ScoreTable, after: CrossValidation, passed: ReplacedEffects, pool: Executor
+    found: Selection, table: ScoreTable, after: CrossValidation, replaced: ReplacedEffects, pool: Executor
 ) -> tuple[AcceptedEffect, ...]:
     """Accepted effects with their evidence."""
-    named, final = [], seen.joint_fit
-    angle = final.started[0].shot.record.quantity == "angle"  # there all sets of torques were fitted
+    named, final = [], table.joint_fit
+    angle = final.prepared[0].shot.record.quantity == "angle"  # there all sets of torques were fitted
     f_nat = float(np.mean([s.dynamics.w for s in final.states])) / (2.0 * math.pi)
     for c in final.hypothesis.effects:
         alike: tuple[Confounder, ...] = ()
@@ -63,33 +69,48 @@ def accepted_effects(
             std = max(std, _scale_spread(c, final, found.base, pool)) if c.hidden else std
             value, std = c.public(value, std, f_nat)
             log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
-            rivals = confounders(seen, c, pool)
+            rivals = confounders(table, c, pool)
             alike = tuple(r for r in rivals if r.indistinguishable)
-            alike += () if angle else tuple(two_in_place(seen, c, rivals, pool))
-            alike += tuple(r for r in passed.get(c.key, ()) if r.indistinguishable)
+            alike += () if angle else tuple(two_in_place(table, c, rivals, pool))
+            alike += tuple(r for r in replaced.get(c.key, ()) if r.indistinguishable)
         else:
             value, std, log_p = _own_strength(c, final, found.trials)
             alike = _named_alike(c)
-        named.append(AcceptedEffect(c, value, std, log_p, held_out_gain_of(final, c, after, found.base, pool), alike))
+        named.append(
+            AcceptedEffect(
+                candidate=c,
+                strength=value,
+                std=std,
+                log_p=log_p,
+                held_out_gain=held_out_gain_of(final, c, after, found.base, pool),
+                confounders=alike,
+            )
+        )
     return tuple(named)
 
 
-def passed_over(at: JointFit, trials: float) -> tuple[AcceptedEffect, ...]:
+def rejected_effects(at: JointFit, trials: float) -> tuple[AcceptedEffect, ...]:
     """The common effects of a set that was not accepted, as they were fitted; nothing is held out for them."""
     f_nat, found = float(np.mean([s.dynamics.w for s in at.states])) / (2.0 * math.pi), []
     for c, where in zip(at.hypothesis.common, at.hypothesis.slices, strict=True):
         value, std = c.public(*_strength(c, at, where), f_nat)
         log_p = log_chance(gain_of(at, c), c.size, trials * c.trials)
-        found.append(AcceptedEffect(c, value, std, log_p, math.nan, ()))
+        found.append(
+            AcceptedEffect(candidate=c, strength=value, std=std, log_p=log_p, held_out_gain=math.nan, confounders=())
+        )
     return tuple(found)
 
 
 def _named_alike(c: Candidate) -> tuple[Confounder, ...]:
     """A single line at a multiple of the mains may be either."""
     frequency = c.detail.frequency_hz or 0.0
-    if c.effect is LINE and is_mains(frequency, relative=MAINS_TOLERANCE):
-        return (Confounder(replace(c, effect=MAINS), 0.0, 0.0),)
-    return (Confounder(replace(c, effect=LINE), 0.0, 0.0),) if c.effect is MAINS and len(c.tones_hz) == 1 else ()
+    if c.effect is LINE and is_mains(frequency, relative=THRESHOLDS.effects.mains_share):
+        return (Confounder(candidate=replace(c, effect=MAINS), rise=0.0, gain=0.0),)
+    return (
+        (Confounder(candidate=replace(c, effect=LINE), rise=0.0, gain=0.0),)
+        if c.effect is MAINS and len(c.tones_hz) == 1
+        else ()
+    )
 
 
 def _strength(c: Candidate, final: JointFit, where: slice) -> tuple[float, float]:
@@ -104,12 +125,12 @@ def _scale_spread(c: Candidate, final: JointFit, base: JointFit, pool: Executor)
     """By how much the strength moves with its hidden scale, per standard deviation of the latter."""
     if c.scale_limits is not None:
         return strength_spread(final, c, pool)
-    beside = without(final, c, base, pool)
+    reduced = without(final, c, base, pool)
     assert c.near is not None
-    seen = score_table(beside, [replace(v, parts=()) for share in _SCALES for v in c.near(share)], pool)
-    scores = [score for b in seen.blocks if (score := seen.gain([b])) is not None]
+    table = score_table(reduced, [replace(v, parts=()) for share in _LIMITS.scale_shares for v in c.near(share)], pool)
+    scores = [score for b in table.blocks if (score := table.gain([b])) is not None]
     best = max(scores, key=lambda s: s.gain)
-    near = [s for s in scores if best.gain - s.gain < _NEAR]
+    near = [s for s in scores if best.gain - s.gain < _LIMITS.scale_chi2]
     return max(abs(float(s.strengths[0] - best.strengths[0])) / math.sqrt(max(best.gain - s.gain, 1.0)) for s in near)
 
 
@@ -128,14 +149,14 @@ def _amplitude(values: np.ndarray, covariance: np.ndarray, *, pairs: bool) -> tu
 def _own_strength(c: Candidate, final: JointFit, trials: float) -> tuple[float, float, float]:
     """Rms amplitude over the shots of the strongest channel, its standard deviation, log chance."""
     rows, gain, directions = [], 0.0, 0
-    for started, linear in zip(final.started, final.linear, strict=True):
+    for prepared, linear in zip(final.prepared, final.linear, strict=True):
         assert c.columns is not None
-        columns = started.white(c.columns(linear.seen)).T
+        columns = prepared.white(c.columns(linear.linearisation)).T
         others = [o for o in final.hypothesis.own if o is not c]
         wide = np.concatenate(
-            [columns, *(started.white(o.columns(linear.seen)).T for o in others if o.columns)], axis=1
+            [columns, *(prepared.white(o.columns(linear.linearisation)).T for o in others if o.columns)], axis=1
         )
-        target = linear.seen.whitened
+        target = linear.linearisation.whitened
         values = np.linalg.lstsq(wide, target, rcond=None)[0][: columns.shape[1]]
         covariance = np.linalg.inv(columns.T @ columns) * final.noise_factor
         rows.append(_amplitude(values, covariance, pairs=True))
@@ -154,5 +175,14 @@ def gap_effects(gaps: Sequence[DataDefect]) -> list[AcceptedEffect]:
         same = [f for f in gaps if f.at == at]
         value = float(np.mean([f.value or 0.0 for f in same]))
         std = float(np.sqrt(np.sum([(f.sd or 0.0) ** 2 for f in same]))) / len(same)
-        found.append(AcceptedEffect(gap(at or 0), value, std, min(f.log_p for f in same), 0.0, ()))
+        found.append(
+            AcceptedEffect(
+                candidate=Candidate(GAP, Detail(sample=at or 0)),
+                strength=value,
+                std=std,
+                log_p=min(f.log_p for f in same),
+                held_out_gain=0.0,
+                confounders=(),
+            )
+        )
     return found

@@ -1,4 +1,4 @@
-"""How one shot answers if a parameter changes along it: a column for every knot of a trace, in compressed form.
+"""The response of one shot to a parameter that changes along it: a compressed column for every knot of its trace.
 
 See `regression.start_changes`: y moves by a(t) d y / d theta + b(t) d y / d A.
 
@@ -15,13 +15,19 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import solve_triangular
 
-from platform_daemon.estimation import STATE, Array, DipoleObservation, FitState, RingDownModel, Trajectory, Workspace
+from platform_daemon.diagnosis.regression.linearised_shot import LinearisedShot
+from platform_daemon.diagnosis.regression.start_changes import AMPLITUDE, THETA, W, start_changes
+from platform_daemon.diagnosis.shots.shot import PreparedShot
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
+from platform_daemon.estimation.moments.workspace import Workspace
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
+from platform_daemon.estimation.physics.trajectory.direct import Trajectory
 
-from ..regression.linearised_shot import LinearisedShot
-from ..regression.start_changes import AMPLITUDE, THETA, W, start_changes
-from ..shots.shot import PreparedShot
-
-_FEWEST_BLOCKS, _MOST_BLOCKS = 120, 600
+_LIMITS = THRESHOLDS.findings
 F_NAT, MOMENT, ZERO = "f_nat_hz", "m_r_am2", "zero_offset_rad"
 
 
@@ -47,7 +53,7 @@ def moving_parameters_of(model: RingDownModel, state: FitState, quantity: str) -
     return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SlowMotion:
     """A shot in blocks of about a period.
 
@@ -65,11 +71,11 @@ class SlowMotion:
     grown: Array
 
 
-def slow_motion(started: PreparedShot, model: RingDownModel, state: FitState) -> SlowMotion:
+def slow_motion(prepared: PreparedShot, model: RingDownModel, state: FitState) -> SlowMotion:
     """Of a shot at a state.  Raises LostTrajectoryError."""
-    d, times = state.dynamics, started.time_s
+    d, times = state.dynamics, prepared.time_s
     periods = (times[-1] - times[0]) * d.w / (2.0 * math.pi)
-    blocks = int(min(max(periods, _FEWEST_BLOCKS), _MOST_BLOCKS))
+    blocks = int(min(max(periods, _LIMITS.fewest_blocks), _LIMITS.most_blocks))
     dt_s = float(times[-1] - times[0]) / blocks
     first, last = math.floor(times[0] / dt_s), math.ceil(times[-1] / dt_s) + 1
     if model.time_dependent:
@@ -79,16 +85,16 @@ def slow_motion(started: PreparedShot, model: RingDownModel, state: FitState) ->
     changes = start_changes(model, state, basis)
     amplitude = np.arccos(np.clip(np.cos(basis[0]) - 0.5 * basis[1] ** 2, -1.0, 1.0))
     times_s, speed = np.arange(first, last) * dt_s, 2.0 * d.w * np.sin(0.5 * amplitude)
-    return SlowMotion(times_s, amplitude, speed, changes.turned, changes.grown)
+    return SlowMotion(time_s=times_s, amplitude=amplitude, peak_speed=speed, turned=changes.turned, grown=changes.grown)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class KnotResponses:
-    """What one shot tells of traces; the order is parameter by parameter, knot by knot.
+    """Information of one shot on the traces, ordered by parameter, then by knot.
 
     Attributes:
         information, gradient: (k, k), (k,) beside the shot's own parameters.
-        follows: (parameters, k) by how much the shot's own value of each parameter answers to a trace, internal unit.
+        follows: (parameters, k) response of the shot's own value of each parameter to a trace, internal unit.
         variance: (parameters,) of that value.
         motion: the shot in blocks.
         carriers: quick rows (carriers, rows); slow: (k, carriers, blocks) by what they are multiplied.
@@ -102,15 +108,15 @@ class KnotResponses:
     carriers: Array
     slow: Array
 
-    def left(self, linear: LinearisedShot, time_s: Array, trace: Array) -> LinearisedShot:
-        """The shot with the residual that a trace (k,) leaves; time_s: of its instants."""
+    def after_trace(self, linear: LinearisedShot, time_s: Array, trace: Array) -> LinearisedShot:
+        """The shot with the residual after a trace (k,); time_s: of its instants."""
         factors = np.tensordot(trace, self.slow, 1)
         edges = self.motion.time_s
         middle, channels = 0.5 * (edges[1:] + edges[:-1]), linear.residual.size // time_s.size
         answer = np.zeros(linear.residual.size)
         for carrier, factor in zip(self.carriers, factors, strict=True):
             answer += carrier * np.tile(np.interp(time_s, middle, factor), channels)
-        return replace(linear, residual=linear.beside(linear.residual - answer))
+        return replace(linear, residual=linear.without_own(linear.residual - answer))
 
 
 def splines(time_s: Array, knots: Array) -> Array:
@@ -119,25 +125,25 @@ def splines(time_s: Array, knots: Array) -> Array:
 
 
 def knot_responses(
-    started: PreparedShot, linear: LinearisedShot, model: RingDownModel, moving: list[Moving], knots: Array
+    prepared: PreparedShot, linear: LinearisedShot, model: RingDownModel, moving: list[Moving], knots: Array
 ) -> KnotResponses:
     """Of one shot at its state of the declared model; knots: times, s.  Raises LostTrajectoryError."""
-    motion = slow_motion(started, model, linear.seen.state)
+    motion = slow_motion(prepared, model, linear.linearisation.state)
     windows = splines(0.5 * (motion.time_s[1:] + motion.time_s[:-1]), knots)
     base, free = linear.base().T, linear.free
-    beside = [m.place for m in moving if m.place >= 3 + len(model.coefficients)]
-    carriers = base[[THETA, AMPLITUDE, *beside]]
+    additive = [m.place for m in moving if m.place >= 3 + len(model.coefficients)]
+    carriers = base[[THETA, AMPLITUDE, *additive]]
     factors = np.zeros((len(moving), knots.size, carriers.shape[0], windows.shape[1]))
     for k, m in enumerate(moving):
-        if m.place in beside:
-            factors[k, :, 2 + beside.index(m.place)] = windows
+        if m.place in additive:
+            factors[k, :, 2 + additive.index(m.place)] = windows
             continue
         for carrier, rate in enumerate((motion.turned[m.place], motion.grown[m.place])):
             done = windows * rate
             factors[k, :, carrier] = np.cumsum(done, axis=1) - 0.5 * done
     slow = factors.reshape(-1, carriers.shape[0], windows.shape[1])
     own = np.concatenate([linear.own, linear.q], axis=1)
-    sums = _block_sums(started, carriers, np.concatenate([carriers, own.T, linear.residual[None]]), motion.time_s)
+    sums = _block_sums(prepared, carriers, np.concatenate([carriers, own.T, linear.residual[None]]), motion.time_s)
     gram, inside, gradient = np.split(sums, [carriers.shape[0], -1], axis=1)
     weighted = np.einsum("kcn,cdn->kdn", slow, gram)
     whole = weighted.reshape(slow.shape[0], -1) @ slow.reshape(slow.shape[0], -1).T
@@ -147,19 +153,19 @@ def knot_responses(
     answer[free] = -solve_triangular(linear.triangle, within[:, linear.own.shape[1] :].T) * linear.scale[:, None]
     places = [m.place for m in moving]
     return KnotResponses(
-        whole - within @ within.T,
-        of_residual - within @ (own.T @ linear.residual),
-        answer[places],
-        np.diag(linear.own_covariance())[places],
-        motion,
-        carriers,
-        slow,
+        information=whole - within @ within.T,
+        gradient=of_residual - within @ (own.T @ linear.residual),
+        follows=answer[places],
+        variance=np.diag(linear.own_covariance())[places],
+        motion=motion,
+        carriers=carriers,
+        slow=slow,
     )
 
 
-def _block_sums(started: PreparedShot, carriers: Array, others: Array, edges_s: Array) -> Array:
+def _block_sums(prepared: PreparedShot, carriers: Array, others: Array, edges_s: Array) -> Array:
     """Sums of products of whitened rows over the instants of every block, (carriers, others, blocks)."""
-    times, blocks = started.time_s, edges_s.size - 1
+    times, blocks = prepared.time_s, edges_s.size - 1
     place = np.clip(np.searchsorted(edges_s, times, side="right") - 1, 0, blocks - 1)
     begins = np.flatnonzero(np.diff(place, prepend=-1))
     shape = (-1, times.size)

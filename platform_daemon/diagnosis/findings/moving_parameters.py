@@ -1,4 +1,4 @@
-"""Where the declared model lacks something: which of its constants is none along the ring-down.
+"""Parameters of the declared model that are not constant along the ring-down, which shows where the model is wrong.
 
 One parameter at a time is a random walk in time beside the joint fit of the declared model (grey-box identification:
 Kristensen, Madsen and Jorgensen, Automatica 40 (2004) 225; time-dependent parameters: Tomassini, Reichert, Kunsch,
@@ -14,20 +14,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation import Array, LostTrajectoryError
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
-from ..regression.joint_fit import JointFit
 from .random_walk import Walk, log_chance_of_walk, walk
 from .trace_equations import TraceEquations, stairs
 from .trace_shapes import TraceFit, best_shapes
 
-_LEVEL = math.log(1e-3)
-_NEGLIGIBLE = 0.1  # of what those before gain: the digits of first-order answers
-_CLOSE = 6.0  # fall of chi^2, and
-_DIGITS = 0.003  # share of the best one's, by which two parameters are hardly told apart
+_LIMITS = THRESHOLDS.findings
+_LEVEL = math.log(_LIMITS.moving_p)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ParameterTrace:
     """One parameter along the ring-down of shots that start alike, at the knots, (n,).
 
@@ -41,13 +41,13 @@ class ParameterTrace:
     std: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MovingParameter:
     """A parameter of the declared model that is not constant along the ring-down.
 
     Attributes:
         name: public name.
-        log_p: chance that it seems to move although nothing does, beside those that come before it.
+        log_p: log p-value of its motion given those that come before it.
         share: of what the declared model leaves over that its motion (with those before it) takes.
         fit: what it goes with.
         alike: other parameters whose motion would explain as much.
@@ -71,17 +71,17 @@ def moving_parameters(at: JointFit, pool: Executor) -> tuple[MovingParameter, ..
 
 
 def _found(at: JointFit, equations: TraceEquations) -> tuple[MovingParameter, ...]:
-    """One after the other, each beside those before it."""
+    """One parameter after the other, each given those before it."""
     found: list[MovingParameter] = []
     chosen: list[int] = []
     while len(chosen) < len(equations.moving):
         sure = _sure(equations, chosen)
         if not sure:
             break
-        after = min((equations.left([*chosen, m]) for m in sure), key=lambda x: x.factor).factor
-        fits = {m: best_shapes(*equations.beside(m, chosen), after, equations.courses) for m in sure}
+        after = min((equations.residual_noise([*chosen, m]) for m in sure), key=lambda x: x.factor).factor
+        fits = {m: best_shapes(*equations.schur_complement(m, chosen), after, equations.courses) for m in sure}
         first = max(sure, key=lambda m: fits[m].merit)
-        near = max(_CLOSE, _DIGITS * fits[first].merit)
+        near = max(_LIMITS.alike_chi2, _LIMITS.alike_share * fits[first].merit)
         alike = [m for m in sure if m != first and fits[m].merit > fits[first].merit - near]
         found.append(
             MovingParameter(
@@ -90,7 +90,7 @@ def _found(at: JointFit, equations: TraceEquations) -> tuple[MovingParameter, ..
                 share=_share(at, equations.gain([*chosen, first])),
                 fit=fits[first],
                 alike=tuple(equations.moving[m].name for m in alike),
-                traces=_traces(at, equations, first, walk(*equations.beside(first, chosen), after), after),
+                traces=_traces(at, equations, first, walk(*equations.schur_complement(first, chosen), after), after),
             )
         )
         chosen.append(first)
@@ -98,16 +98,16 @@ def _found(at: JointFit, equations: TraceEquations) -> tuple[MovingParameter, ..
 
 
 def log_chances(equations: TraceEquations, chosen: Sequence[int] = ()) -> dict[int, float]:
-    """Of all other parameters beside those chosen: logarithms of the chance that they seem to move by noise alone."""
+    """Log p-values of the motion of all other parameters, given those chosen."""
     left = [m for m in range(len(equations.moving)) if m not in chosen]
-    rest = {m: equations.left([*chosen, m]) for m in left}
-    return {m: log_chance_of_walk(*equations.beside(m, chosen), rest[m].factor, rest[m].values) for m in left}
+    rest = {m: equations.residual_noise([*chosen, m]) for m in left}
+    return {m: log_chance_of_walk(*equations.schur_complement(m, chosen), rest[m].factor, rest[m].values) for m in left}
 
 
 def _sure(equations: TraceEquations, chosen: Sequence[int]) -> dict[int, float]:
     """Those that move beyond chance, and beyond the digits of first-order answers."""
     before, chances = equations.gain(chosen), log_chances(equations, chosen)
-    enough = {m for m in chances if equations.gain([*chosen, m]) - before > _NEGLIGIBLE * before}
+    enough = {m for m in chances if equations.gain([*chosen, m]) - before > _LIMITS.moving_share * before}
     return {m: p for m, p in chances.items() if m in enough and p < _LEVEL - math.log(len(chances))}
 
 
@@ -117,7 +117,7 @@ def _share(at: JointFit, gain: float) -> float:
 
 
 def _traces(at: JointFit, equations: TraceEquations, m: int, moved: Walk, factor: float) -> tuple[ParameterTrace, ...]:
-    """Values at the knots: the walk, and where the shots' own values go beside it."""
+    """Values at the knots: the walk, and the response of the shots' own values to it."""
     out, begin, unit = [], 0, equations.moving[m].unit
     place = equations.moving[m].place
     for group, course, shots in zip(equations.groups, equations.courses, equations.shots, strict=True):
@@ -131,7 +131,15 @@ def _traces(at: JointFit, equations: TraceEquations, m: int, moved: Walk, factor
         variance = np.einsum("ij,jk,ik->i", to_knots, moved.covariance[steps, steps], to_knots)
         variance += factor * float(np.sum([r.variance[m] for r in shots])) / len(shots) ** 2
         std = np.sqrt(np.maximum(variance, 0.0))
-        out.append(ParameterTrace(course.time_s, course.amplitude, course.peak_speed, unit * value, unit * std))
+        out.append(
+            ParameterTrace(
+                time_s=course.time_s,
+                amplitude=course.amplitude,
+                peak_speed=course.peak_speed,
+                value=unit * value,
+                std=unit * std,
+            )
+        )
     return tuple(out)
 
 

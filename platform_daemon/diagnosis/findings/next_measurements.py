@@ -1,4 +1,4 @@
-"""The next measurement: what separates effects that these data cannot tell apart, ranked by what it would bring."""
+"""Measurements that separate effects that these data cannot distinguish, the best first."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..effects.effect import Candidate
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
 
-_APART = 3.3  # standard deviations
+_LIMITS = THRESHOLDS.findings
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Measurement:
     """A measurement that separates effects.
 
@@ -28,7 +29,7 @@ class Measurement:
 
     key: str
     what: str
-    automatic: bool
+    automatic: bool = True
     power: float = 0.0
     dipole_only: bool = False
     what_of_angles: str = ""
@@ -43,26 +44,45 @@ MEASUREMENTS = {
     m.key: m
     for m in (
         Measurement(
-            "second_amplitude", "repeat the series with half the excitation field", True,
+            key="second_amplitude",
+            what="repeat the series with half the excitation field",
             what_of_angles="repeat the series with half the amplitude",
         ),
         Measurement(
-            "longer_window", "repeat the series with twice the RX window", True,
+            key="longer_window",
+            what="repeat the series with twice the RX window",
             what_of_angles="record for twice the time",
         ),
-        Measurement("more_shots", "repeat the series with four times as many shots", True),
-        Measurement("blank_shots", "record shots without excitation", True, 3.0),
-        Measurement("other_excitation_axis", "excite along another axis", True, 2.0, dipole_only=True),
+        Measurement(key="more_shots", what="repeat the series with four times as many shots"),
+        Measurement(key="blank_shots", what="record shots without excitation", power=_LIMITS.blank_shots_power),
         Measurement(
-            "turn_90_deg", "turn the resonator by 90 degrees about z and repeat the series", False, dipole_only=True
-        ),
-        Measurement(
-            "bias_field", "apply a static bias field with a separate coil or magnet and repeat", False, 3.0,
+            key="other_excitation_axis",
+            what="excite along another axis",
+            power=_LIMITS.other_axis_power,
             dipole_only=True,
         ),
-        Measurement("calibrate_2f", "calibrate the receive chain at f and at 2 f", False, 4.0, dipole_only=True),
+        Measurement(
+            key="turn_90_deg",
+            what="turn the resonator by 90 degrees about z and repeat the series",
+            automatic=False,
+            dipole_only=True,
+        ),
+        Measurement(
+            key="bias_field",
+            what="apply a static bias field with a separate coil or magnet and repeat",
+            automatic=False,
+            power=_LIMITS.bias_field_power,
+            dipole_only=True,
+        ),
+        Measurement(
+            key="calibrate_2f",
+            what="calibrate the receive chain at f and at 2 f",
+            automatic=False,
+            power=_LIMITS.calibrate_2f_power,
+            dipole_only=True,
+        ),
     )
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
@@ -79,11 +99,11 @@ class Proposal:
         return replace(self, measurement=replace(m, what=m.what_of_angles or m.what))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Ambiguity:
     """An accepted effect with its look-alikes.
 
-    rise: of chi^2 that tells them apart now; gain: of the effect itself; expected: measurement's key -> standard
+    rise: of chi^2 that distinguishes them now; gain: of the effect itself; expected: measurement's key -> standard
     deviations to be expected for every look-alike, None where it cannot be computed or the shots cannot be.
     """
 
@@ -95,7 +115,7 @@ class Ambiguity:
 
 
 def proposals(sets: Sequence[Ambiguity], unexplained: float, *, dipole: bool = True) -> list[Proposal]:
-    """Measurements that would tell look-alikes apart, the best first.
+    """Measurements that would distinguish look-alikes, the best first.
 
     unexplained: fall of chi^2 that something without a name would bring; more shots and other amplitudes narrow it
     down. dipole: the shots are dm/dt; an angle has neither receive chain nor axes.
@@ -115,13 +135,13 @@ def proposals(sets: Sequence[Ambiguity], unexplained: float, *, dipole: bool = T
 
 
 def _proposal(a: Ambiguity, m: Measurement) -> Proposal | None:
-    """What one measurement would bring: the look-alikes that it sets apart, and how far the nearest of them."""
+    """The look-alikes that one measurement separates, and the expected difference to the nearest of them."""
     expected = a.expected(m.key)
     if expected is None:
         if m.planned:
             return None
-        # A rule of thumb: what is told apart now grows with the measurement's power, as far as the effect is seen.
+        # A rule of thumb: the present difference grows with the measurement's power, as far as the effect is seen.
         expected = [min(m.power * math.sqrt(max(a.rise, 1.0)), math.sqrt(a.gain))] * len(a.confounders)
-    apart = [k for k, sigma in enumerate(expected) if sigma >= _APART] or [int(np.argmax(expected))]
+    apart = [k for k, sigma in enumerate(expected) if sigma >= _LIMITS.apart_sigma] or [int(np.argmax(expected))]
     names = dict.fromkeys([a.effect.effect.id, *(a.confounders[k].effect.id for k in apart)])
     return Proposal(m, tuple(names), min(expected[k] for k in apart)) if len(names) > 1 else None

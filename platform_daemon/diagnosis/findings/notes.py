@@ -1,24 +1,26 @@
-"""What the reader of a diagnosis should know besides."""
+"""Further remarks for the reader of a diagnosis."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from ..effects.effect import Candidate
-from ..effects.kick import KICK
-from ..regression.joint_fit import JointFit
-from ..regression.parameters import Mean
-from ..selection.sign_constraints import negative_effects, negative_losses
-from ..selection.stepwise import Selection
-from ..shots.initial_fits import UnfittedShot
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.effects.kick import KICK
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.regression.parameters import Mean
+from platform_daemon.diagnosis.selection.sign_constraints import negative_effects, negative_losses
+from platform_daemon.diagnosis.selection.stepwise import Selection
+from platform_daemon.diagnosis.shots.initial_fits import UnfittedShot
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+
 from .accepted_effects import AcceptedEffect
 
-_SPANS = 1.5  # growth of a standard deviation that is worth a note
+_LIMITS = THRESHOLDS.findings
 
 
 def undecided(exact: Mapping[str, Mean], spanned: Mapping[str, Mean]) -> list[str]:
     """Which parameters depend on the choice among look-alikes."""
-    names = [n for n, m in spanned.items() if m.std > _SPANS * exact[n].std]
+    names = [n for n, m in spanned.items() if m.std > _LIMITS.noted_growth * exact[n].std]
     if not names:
         return []
     return [f"errors of {', '.join(names)} span what the look-alikes of the named effects would make of them"]
@@ -27,11 +29,11 @@ def undecided(exact: Mapping[str, Mean], spanned: Mapping[str, Mean]) -> list[st
 def two_in_place_notes(named: Sequence[AcceptedEffect]) -> list[str]:
     """Where two torques fit better than the one that is named."""
     return [
-        f"{r.candidate.effect.id} and {r.beside.effect.id} in the place of {n.candidate.effect.id} fit better, "
+        f"{r.candidate.effect.id} and {r.second.effect.id} in the place of {n.candidate.effect.id} fit better, "
         f"by {-r.rise:.1f} of chi2: not enough to name two effects"
         for n in named
         for r in n.confounders
-        if r.beside is not None
+        if r.second is not None
     ]
 
 
@@ -42,29 +44,32 @@ def notes(
     refused: Sequence[UnfittedShot],
     dropped: Sequence[Candidate],
 ) -> tuple[str, ...]:
-    """What the reader should know besides."""
-    said = [f"{r.shot.name} was left out: {r.reason}" for r in refused]
-    if len(final.started) == 1:
-        said.append("one shot only: held out is the last 30 % of its window, predicted from the first 70 %")
-    said += dict.fromkeys(c.effect.absorbed for c in (*final.hypothesis.effects, *alike) if c.effect.absorbed)
-    said += [f"{c.effect.id} gains in the fit but not on held-out data, and was not accepted" for c in dropped]
+    """All remarks, in the order of the report."""
+    lines = [f"{r.shot.name} was left out: {r.reason}" for r in refused]
+    if len(final.prepared) == 1:
+        lines.append("one shot only: held out is the last 30 % of its window, predicted from the first 70 %")
+    lines += dict.fromkeys(c.effect.absorbed for c in (*final.hypothesis.effects, *alike) if c.effect.absorbed)
+    lines += [f"{c.effect.id} gains in the fit but not on held-out data, and was not accepted" for c in dropped]
     if found.forbidden:
         names = " and ".join(c.effect.id for c in found.forbidden)
-        said.append(f"the best fit is with {names} of a sign that physics does not allow")
-    if final.hypothesis.gone:
-        names = " and ".join(final.hypothesis.model.coefficients[k].name for k in final.hypothesis.gone)
-        said.append(f"{names} is held at 0: beside these effects the best fit has it negative, which physics forbids")
+        lines.append(f"the best fit is with {names} of a sign that physics does not allow")
+    if final.hypothesis.held_at_zero:
+        names = " and ".join(final.hypothesis.model.coefficients[k].name for k in final.hypothesis.held_at_zero)
+        lines.append(f"{names} is held at 0: beside these effects the best fit has it negative, which physics forbids")
     for k in negative_losses(final):
         name = final.hypothesis.model.coefficients[k].name
-        said.append(f"{name} comes out negative, which physics forbids: it stands for a loss that falls with the swing")
-    said += [
+        lines.append(
+            f"{name} comes out negative, which physics forbids: it stands for a loss that falls with the swing"
+        )
+    lines += [
         f"{name} comes out negative: with what else is lost, the loss as a whole falls with the swing"
         for name in negative_effects(final)
     ]
-    if final.chi2_per_dof > 1.05:
-        said.append(f"chi2/dof stays at {final.chi2_per_dof:.3g}: errors and chances are widened accordingly")
-        said += [
+    if final.chi2_per_dof > _LIMITS.noted_chi2_per_dof:
+        lines.append(f"chi2/dof stays at {final.chi2_per_dof:.3g}: errors and chances are widened accordingly")
+        lines += [
             f"a kick is followed to first order only: cut the record at sample {c.detail.sample}, diagnose both parts"
-            for c in final.hypothesis.effects if c.effect is KICK
-        ]  # fmt: skip
-    return tuple(said)
+            for c in final.hypothesis.effects
+            if c.effect is KICK
+        ]
+    return tuple(lines)

@@ -1,7 +1,7 @@
-"""Random walks seen through linear equations: does anything walk at all, how fast, and where was it when.
+"""Random walks in linear equations: their significance, variance and course.
 
-What walks has steps u (k,) of variance sigma^2 each. Of a record, information A (k, k) and gradient g (k,) of the steps
-are known; with noise alone g is normal with covariance f A, f the noise factor.
+A random walk has steps u (k,) of variance sigma^2 each. A record gives the information A (k, k) and the gradient g (k,)
+of these steps; with noise alone g is normal with covariance f A, f the noise factor.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import norm
 
-from platform_daemon.estimation import Array
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
 
-_VISIBLE = 1e-10  # share of the largest eigenvalue
-_NEAR_MEAN = 1e-4  # relative; the formula for tails has a removable pole at the mean
-_DECADES = 9.0  # of the variance, to either side of where the strongest direction is half taken
+_LIMITS = THRESHOLDS.findings
 
 
 @dataclass(frozen=True)
@@ -38,31 +37,31 @@ def log_chance_of_walk(information: Array, gradient: Array, noise_factor: float,
     """Logarithm of the chance of such a gradient if nothing walks, by two tests, corrected for their number.
 
     The score test of the variance: the sum of the squares of the gradient is by chance one of squares of normal numbers
-    with the eigenvalues of the information as weights. It asks for the best seen course first; the other test, the gain
-    of any course, asks for all alike. values: independent ones that the noise factor is known from.
+    with the eigenvalues of the information as weights. It favours the course that is best determined; the other
+    test, the gain of a free course, weights all equally. values: independent ones that the noise factor is known from.
     """
     weights, vectors = np.linalg.eigh(information)
     largest = float(weights[-1])
     if not (largest > 0.0 and values > 0.0):
         return 0.0
-    seen = weights > _VISIBLE * largest
-    squares = (vectors[:, seen].T @ gradient) ** 2 / noise_factor
-    score = log_tail(weights[seen] / largest, float(squares.sum()) / largest, values)
-    course = log_tail(np.ones(int(seen.sum())), float(np.sum(squares / weights[seen])), values)
+    visible = weights > _LIMITS.walk_share * largest
+    squares = (vectors[:, visible].T @ gradient) ** 2 / noise_factor
+    score = log_tail(weights[visible] / largest, float(squares.sum()) / largest, values)
+    course = log_tail(np.ones(int(visible.sum())), float(np.sum(squares / weights[visible])), values)
     return min(0.0, min(score, course) + math.log(2.0))
 
 
 def log_tail(weights: Array, ratio: float, values: float) -> float:
     """Logarithm of the chance that sum of weights (k,), the largest of which is 1, times chi^2_1 exceeds the ratio
-    times chi^2 of so many values over their number.
+    times chi^2 of `values` degrees of freedom over their number.
 
     By the saddle point of the cumulants (Kuonen, Biometrika 86 (1999) 929): within some ten per cent, however small.
     """
     mean = float(weights.sum())
     if ratio <= 0.0:
         return 0.0
-    if abs(ratio / mean - 1.0) < _NEAR_MEAN:
-        ratio = mean * (1.0 + _NEAR_MEAN)
+    if abs(ratio / mean - 1.0) < _LIMITS.near_mean:
+        ratio = mean * (1.0 + _LIMITS.near_mean)
     down = ratio / values
 
     def slope(t: float) -> float:
@@ -91,8 +90,8 @@ def walk(information: Array, gradient: Array, noise_factor: float) -> Walk:
         return 0.5 * float(np.sum(np.log(taken) - variance * along**2 / taken))
 
     middle = -math.log(max(float(values[-1]), 1e-300))
-    reach = _DECADES * math.log(10.0)
-    grid = np.linspace(middle - reach, middle + 2.0 * reach, 109)
+    reach = _LIMITS.variance_decades * math.log(10.0)
+    grid = np.linspace(middle - reach, middle + 2.0 * reach, _LIMITS.variance_points)
     best = int(np.argmin([loss(x) for x in grid]))
     ends = grid[max(best - 1, 0)], grid[min(best + 1, grid.size - 1)]
     found = minimize_scalar(loss, bounds=ends, method="bounded")

@@ -8,35 +8,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation import (
-    Array,
-    DipoleObservation,
-    LostTrajectoryError,
-    NoiseModel,
-    ReferenceRefusedError,
-    SlidingFit,
-    fit_sliding,
-    sd_at,
-)
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.regression.parameters import clean_record, held_strengths, public_parameters
+from platform_daemon.diagnosis.regression.prediction import unpredicted, window_of
+from platform_daemon.diagnosis.regression.torque_response import sample_motion
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
+from platform_daemon.estimation.noise.coloured import sd_at
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.sliding_window import ReferenceRefusedError, SlidingFit, fit_sliding
 
-from ..regression.joint_fit import JointFit
-from ..regression.parameters import clean_record, held_strengths, public_parameters
-from ..regression.prediction import unpredicted, window_of
-from ..regression.torque_response import sample_motion
-
-HARMONICS = (1, 2, 3, 4, 5)
-_STRETCHES = 24
-_PERIODS = 4.0  # at least in a stretch,
-_FEW_STRETCHES, _SHORT_PERIODS = 6, 1.5  # but so many of a short record
-_START_S = 0.02
-_BAND = 6.5  # fundamentals
-_SURE = 30.0  # power of a line over that of the noise: exceeded by chance once in 1e13 bins
-_MOST_LINES = 12
-_LOBE_BINS = 4
-_ANGLE_PERIODS = 6.0
+_LIMITS = THRESHOLDS.findings
+HARMONICS = tuple(range(1, _LIMITS.drawn_harmonics + 1))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SpectralLine:
     """A line in the spectrum of a residual: channel, frequency in Hz, amplitude, power over that of the noise."""
 
@@ -46,7 +34,7 @@ class SpectralLine:
     over_noise: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Spectrum:
     """Amplitudes (channels, k) of the residual and what the noise alone would give, at frequencies (k,) in Hz."""
 
@@ -56,7 +44,7 @@ class Spectrum:
     lines: tuple[SpectralLine, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class HarmonicCourse:
     """Harmonics 1 .. 5 of the residual in the local frame, in stretches of the window.
 
@@ -107,7 +95,7 @@ class ResidualAnalysis:
     harmonics: HarmonicCourse | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Scatter:
     """One parameter from shot to shot: values and standard deviations (n,), and its drift with that of chance."""
 
@@ -120,20 +108,20 @@ class Scatter:
 
 def analyse_residual(at: JointFit, k: int) -> ResidualAnalysis:
     """Of shot k."""
-    started = at.started[k]
-    noise, rate_hz = started.shot.noise, started.shot.rate_hz
-    first, last = window_of(started)
+    prepared = at.prepared[k]
+    noise, rate_hz = prepared.shot.noise, prepared.shot.rate_hz
+    first, last = window_of(prepared)
     residual = unpredicted(at, k)
     sd = np.asarray(noise.sd)
     f_nat_hz = at.states[k].dynamics.w / (2.0 * math.pi)
-    spectrum, in_band = _spectrum(residual, noise, rate_hz, _BAND * f_nat_hz)
+    spectrum, in_band = _spectrum(residual, noise, rate_hz, THRESHOLDS.shots.pass_band * f_nat_hz)
     squares = (residual / sd[:, None]) ** 2
-    begin = max(1, round(_START_S * rate_hz))
+    begin = max(1, round(_LIMITS.at_start_s * rate_hz))
     return ResidualAnalysis(
-        name=started.shot.name,
+        name=prepared.shot.name,
         time_s=np.arange(first, last) / rate_hz,
         residual=residual,
-        slow=_below(residual, rate_hz, _BAND * f_nat_hz),
+        slow=_below(residual, rate_hz, THRESHOLDS.shots.pass_band * f_nat_hz),
         sd=sd,
         whiteness=squares.mean(axis=1),
         in_band=in_band,
@@ -145,7 +133,7 @@ def analyse_residual(at: JointFit, k: int) -> ResidualAnalysis:
 
 def typical_shot(at: JointFit) -> int:
     """The shot whose residual is in the middle of all."""
-    return int(np.argsort([a.chi2 / s.dof for a, s in zip(at.linear, at.started, strict=True)])[len(at.linear) // 2])
+    return int(np.argsort([a.chi2 / s.dof for a, s in zip(at.linear, at.prepared, strict=True)])[len(at.linear) // 2])
 
 
 def _below(residual: Array, rate_hz: float, highest_hz: float) -> Array:
@@ -166,7 +154,9 @@ def _spectrum(residual: Array, noise: NoiseModel, rate_hz: float, band_hz: float
     expected: Array = np.sqrt(2.0 * density * rate_hz * np.sum(window**2)) / window.sum()
     below = frequency < band_hz
     in_band = np.sum(amplitude[:, below] ** 2, axis=1) / np.sum(expected[:, below] ** 2, axis=1)
-    return Spectrum(frequency, amplitude, expected, _lines(frequency, amplitude, expected)), in_band
+    return Spectrum(
+        frequency_hz=frequency, amplitude=amplitude, noise=expected, lines=_lines(frequency, amplitude, expected)
+    ), in_band
 
 
 def _lines(frequency: Array, amplitude: Array, expected: Array) -> tuple[SpectralLine, ...]:
@@ -175,44 +165,55 @@ def _lines(frequency: Array, amplitude: Array, expected: Array) -> tuple[Spectra
     over = (amplitude / expected) ** 2
     for channel, row in enumerate(over):
         row = row.copy()
-        for _ in range(_MOST_LINES):
+        for _ in range(_LIMITS.most_lines):
             k = int(np.argmax(row))
-            if row[k] < _SURE:
+            if row[k] < _LIMITS.line_power:
                 break
-            found.append(SpectralLine(channel, float(frequency[k]), float(amplitude[channel, k]), float(row[k])))
+            found.append(
+                SpectralLine(
+                    channel=channel,
+                    frequency_hz=float(frequency[k]),
+                    amplitude=float(amplitude[channel, k]),
+                    over_noise=float(row[k]),
+                )
+            )
             low, high = _line_ends(row, k)
             row[low:high] = 0.0
-    return tuple(sorted(found, key=lambda line: -line.over_noise)[:_MOST_LINES])
+    return tuple(sorted(found, key=lambda line: -line.over_noise)[: _LIMITS.most_lines])
 
 
 def _line_ends(row: Array, k: int) -> tuple[int, int]:
     """Bins that belong to the same line: down to the noise, or a lobe's width at least."""
     low, high = k, k + 1
-    while low > 0 and row[low - 1] > _SURE / 3.0:
+    while low > 0 and row[low - 1] > _LIMITS.line_power / _LIMITS.line_end:
         low -= 1
-    while high < row.size and row[high] > _SURE / 3.0:
+    while high < row.size and row[high] > _LIMITS.line_power / _LIMITS.line_end:
         high += 1
-    return max(0, low - _LOBE_BINS), min(row.size, high + _LOBE_BINS)
+    return max(0, low - _LIMITS.lobe_bins), min(row.size, high + _LIMITS.lobe_bins)
 
 
 def _harmonics(at: JointFit, k: int, residual: Array) -> HarmonicCourse | None:
     """Least-squares harmonics of the swing in stretches of the window."""
-    started = at.started[k]
+    prepared = at.prepared[k]
     try:
-        motion = sample_motion(started, at.hypothesis.augmented, at.full_state(k))
+        motion = sample_motion(prepared, at.hypothesis.augmented, at.full_state(k))
     except LostTrajectoryError:
         return None
-    first, _ = window_of(started)
-    whole = np.zeros((residual.shape[0], started.shot.record.samples.shape[1]))
+    first, _ = window_of(prepared)
+    whole = np.zeros((residual.shape[0], prepared.shot.record.samples.shape[1]))
     whole[:, first : first + residual.shape[1]] = residual
-    local, axes, frame = _local(at, k, started.at_instants(whole))
-    weight = np.concatenate([np.full(g.count, float(g.factor)) for g in started.grids])
+    local, axes, frame = _local(at, k, prepared.at_instants(whole))
+    weight = np.concatenate([np.full(g.count, float(g.factor)) for g in prepared.grids])
     f_nat_hz = at.states[k].dynamics.w / (2.0 * math.pi)
-    time = started.time_s
+    time = prepared.time_s
     periods = (time[-1] - time[0]) * f_nat_hz
-    count = max(1, min(_FEW_STRETCHES, int(periods / _SHORT_PERIODS)), min(_STRETCHES, int(periods / _PERIODS)))
+    count = max(
+        1,
+        min(_LIMITS.few_stretches, int(periods / _LIMITS.short_stretch_periods)),
+        min(_LIMITS.stretches, int(periods / _LIMITS.stretch_periods)),
+    )
     which = np.minimum(((time - time[0]) / (time[-1] - time[0]) * count).astype(int), count - 1)
-    level = sd_at(started.shot.noise, np.array(HARMONICS) * f_nat_hz, started.shot.rate_hz)
+    level = sd_at(prepared.shot.noise, np.array(HARMONICS) * f_nat_hz, prepared.shot.rate_hz)
     level = np.sqrt(np.einsum("ac,ch->ah", frame**2, level**2))
     shape = (len(axes), len(HARMONICS), count)
     cosine, sine, sd = np.zeros(shape), np.zeros(shape), np.zeros(shape)
@@ -225,7 +226,7 @@ def _harmonics(at: JointFit, k: int, residual: Array) -> HarmonicCourse | None:
         cosine[:, :, n], sine[:, :, n] = sizes[1::2].T, sizes[2::2].T
         sd[:, :, n] = level * math.sqrt(2.0 / weight[here].sum())
         middle[n], angle[n] = time[here].mean(), motion.amplitude[here].mean()
-    return HarmonicCourse(middle, angle, axes, cosine, sine, sd)
+    return HarmonicCourse(time_s=middle, angle_rad=angle, axes=axes, cosine=cosine, sine=sine, sd=sd)
 
 
 def _waves(phase: Array) -> Array:
@@ -251,10 +252,10 @@ def sliding_windows(at: JointFit, k: int) -> SlidingFit | None:
     record, fixed = clean_record(at, k), held_strengths(at, k)
     # An angle tells its frequency in few periods, and pendulums swing few of them.
     period_s = 2.0 * math.pi / at.states[k].dynamics.w
-    window_s = _ANGLE_PERIODS * period_s if record.quantity == "angle" else None
+    window_s = _LIMITS.angle_window_periods * period_s if record.quantity == "angle" else None
     try:
         return fit_sliding(
-            record, at.hypothesis.augmented, window_s, noise=at.started[k].shot.noise, fixed=fixed or None
+            record, at.hypothesis.augmented, window_s, noise=at.prepared[k].shot.noise, fixed=fixed or None
         )
     except (ReferenceRefusedError, ValueError):
         return None
@@ -262,7 +263,7 @@ def sliding_windows(at: JointFit, k: int) -> SlidingFit | None:
 
 def scatter(at: JointFit, pool: Executor) -> tuple[Scatter, ...]:
     """Parameters from shot to shot, with their drift along the series; none for a single shot."""
-    shots = [p for p in pool.map(lambda k: _parameters(at, k), range(len(at.started))) if p is not None]
+    shots = [p for p in pool.map(lambda k: _parameters(at, k), range(len(at.prepared))) if p is not None]
     if len(shots) < 2:
         return ()
     return tuple(_course(name, [s[name] for s in shots]) for name in shots[0] if all(name in s for s in shots))
@@ -283,4 +284,6 @@ def _course(name: str, rows: list[tuple[float, float]]) -> Scatter:
     slope = float(place @ values / (place @ place))
     rest = values - values.mean() - slope * place
     spread = float(np.sqrt(rest @ rest / (values.size - 2))) if values.size > 2 else math.nan
-    return Scatter(name, values, sd, slope, spread / float(np.sqrt(place @ place)))
+    return Scatter(
+        name=name, values=values, sd=sd, drift_per_shot=slope, drift_sd=spread / float(np.sqrt(place @ place))
+    )

@@ -1,4 +1,4 @@
-"""All parameters that may move, of all groups of shots that start alike, in one set of linear equations."""
+"""Linear equations of all parameters that may move, for groups of shots of like amplitude."""
 
 from __future__ import annotations
 
@@ -9,23 +9,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation import Array
+from platform_daemon.diagnosis.regression.information import solved
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.regression.linearised_shot import LinearisedShot
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
 
-from ..regression.information import solved
-from ..regression.joint_fit import JointFit
-from ..regression.linearised_shot import LinearisedShot
 from .knot_responses import KnotResponses, knot_responses, moving_parameters_of, splines
 from .trace_shapes import Course
 
-_FEWEST_KNOTS, _MOST_KNOTS = 4, 10
-_ALIKE = 1.15  # ratio of the amplitudes of shots that share a trace
-_MOST_GROUPS = 4
-_STRUCTURED = 1.1  # chi^2 per degree of freedom from which a residual is no noise
+_LIMITS = THRESHOLDS.findings
 
 
 @dataclass(frozen=True)
-class Left:
-    """What is left: by how much gains are to be divided, and the number of independent values that tell it."""
+class ResidualNoise:
+    """The factor by which gains are divided, and the number of independent values that it is known from."""
 
     factor: float
     values: float
@@ -35,14 +33,14 @@ class TraceEquations:
     """Steps between knots as unknowns: parameter by parameter, group by group.
 
     Attributes:
-        moving: the parameters. groups: numbers of the shots that start alike; courses: of each group; shots: answers
+        moving: the parameters. groups: numbers of the shots that start alike; courses: of each group; shots: responses
         of each shot of each group.
     """
 
     def __init__(self, at: JointFit, pool: Executor) -> None:
         self._at, self._pool = at, pool
-        self._known: dict[tuple[int, ...], Left] = {}
-        quantity = at.started[0].shot.record.quantity
+        self._known: dict[tuple[int, ...], ResidualNoise] = {}
+        quantity = at.prepared[0].shot.record.quantity
         self.moving = moving_parameters_of(at.hypothesis.model, at.states[0], quantity)
         self.groups = _groups([abs(s.dynamics.amplitude) for s in at.states])
         self._knots = [self._knots_of(g) for g in self.groups]
@@ -54,14 +52,14 @@ class TraceEquations:
 
     def _knots_of(self, group: Sequence[int]) -> Array:
         at = self._at
-        begin = min(float(at.started[k].time_s[0]) for k in group)
-        end = max(float(at.started[k].time_s[-1]) for k in group)
+        begin = min(float(at.prepared[k].time_s[0]) for k in group)
+        end = max(float(at.prepared[k].time_s[-1]) for k in group)
         periods = (end - begin) * at.states[group[0]].dynamics.w / (2.0 * math.pi)
-        return np.linspace(begin, end, int(min(max(0.5 * periods, _FEWEST_KNOTS), _MOST_KNOTS)))
+        return np.linspace(begin, end, int(min(max(0.5 * periods, _LIMITS.fewest_knots), _LIMITS.most_knots)))
 
     def _one(self, k: int, group: int) -> KnotResponses:
         at = self._at
-        return knot_responses(at.started[k], at.linear[k], at.hypothesis.model, self.moving, self._knots[group])
+        return knot_responses(at.prepared[k], at.linear[k], at.hypothesis.model, self.moving, self._knots[group])
 
     def _course(self, group: int) -> Course:
         """Time, amplitude and speed at the knots, means over the shots."""
@@ -91,8 +89,8 @@ class TraceEquations:
         each = self._gradient.size // len(self.moving)
         return np.arange(m * each, (m + 1) * each)
 
-    def beside(self, m: int, others: Sequence[int]) -> tuple[Array, Array]:
-        """Information and gradient of a parameter's steps beside those of others."""
+    def schur_complement(self, m: int, others: Sequence[int]) -> tuple[Array, Array]:
+        """Information and gradient of a parameter's steps, those of others eliminated."""
         mine = self._places(m)
         matrix, gradient = self._information[np.ix_(mine, mine)], self._gradient[mine]
         if not others:
@@ -110,25 +108,25 @@ class TraceEquations:
         gradient = self._gradient[places]
         return float(gradient @ solved(self._information[np.ix_(places, places)], gradient))
 
-    def left(self, which: Sequence[int]) -> Left:
+    def residual_noise(self, which: Sequence[int]) -> ResidualNoise:
         """If these parameters move: as the joint fit's noise factor, from what their best course leaves."""
         key = tuple(sorted(which))
         if key not in self._known:
-            self._known[key] = self._left(key)
+            self._known[key] = self._residual_noise(key)
         return self._known[key]
 
-    def _left(self, which: tuple[int, ...]) -> Left:
+    def _residual_noise(self, which: tuple[int, ...]) -> ResidualNoise:
         at, places = self._at, sum(self._places(m).size for m in which)
         excess = max(1.0, (at.chi2 - self.gain(which)) / max(at.dof - places, 1.0))
-        if excess < _STRUCTURED:
-            return Left(excess, at.dof - places)
-        rests = list(self._pool.map(lambda pair: pair[0].left(*pair[1:]), self._traces(which)))
+        if excess < THRESHOLDS.regression.noise_chi2_per_dof:
+            return ResidualNoise(excess, at.dof - places)
+        rests = list(self._pool.map(lambda pair: pair[0].after_trace(*pair[1:]), self._traces(which)))
         chi2 = sum(r.chi2 for r in rests)
         samples = sum(r.chi2 * r.samples_per_value for r in rests) / chi2
-        return Left(max(1.0, chi2 / at.dof) * samples, at.dof / samples - places)
+        return ResidualNoise(max(1.0, chi2 / at.dof) * samples, at.dof / samples - places)
 
     def _traces(self, which: Sequence[int]) -> list[tuple[KnotResponses, LinearisedShot, Array, Array]]:
-        """Each shot's answers, its look, its instants, and the best course of these parameters (k,)."""
+        """Of each shot: responses, linearised shot, instants, and the best course of these parameters (k,)."""
         steps = np.zeros(self._gradient.size)
         if which:
             places = np.concatenate([self._places(m) for m in which])
@@ -139,7 +137,7 @@ class TraceEquations:
             trace = (by_parameter[:, begin:end] @ stairs(end - begin).T).ravel()
             begin = end
             at = self._at
-            found += [(r, at.linear[k], at.started[k].time_s, trace) for k, r in zip(group, shots, strict=True)]
+            found += [(r, at.linear[k], at.prepared[k].time_s, trace) for k, r in zip(group, shots, strict=True)]
         return found
 
 
@@ -153,8 +151,8 @@ def _groups(amplitudes: Sequence[float]) -> list[list[int]]:
     order = sorted(range(len(amplitudes)), key=lambda k: -amplitudes[k])
     groups = [[order[0]]]
     for k in order[1:]:
-        apart = amplitudes[groups[-1][0]] > _ALIKE * amplitudes[k]
-        if apart and len(groups) < _MOST_GROUPS:
+        apart = amplitudes[groups[-1][0]] > _LIMITS.group_ratio * amplitudes[k]
+        if apart and len(groups) < _LIMITS.most_groups:
             groups.append([k])
         else:
             groups[-1].append(k)

@@ -1,4 +1,4 @@
-"""What a moving parameter goes with: amplitude, peak speed or time; which simple law of it explains its motion best."""
+"""The simple law of amplitude, peak speed or time that a moving parameter follows best."""
 
 from __future__ import annotations
 
@@ -8,15 +8,11 @@ from typing import Literal
 
 import numpy as np
 
-from platform_daemon.estimation import Array
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
 
+_LIMITS = THRESHOLDS.findings
 Regressor = Literal["amplitude", "speed", "time"]
-_POWERS = (-1.0, 1.0, 2.0)  # of amplitude and speed; -1: a loss that is dry friction in truth
-_SETTLING = (0.05, 0.15, 0.5)  # time constants over the window
-_CLOSE = 6.0  # fall of chi^2, and
-_SHARE = 0.003  # share of the best law's, by which two laws are hardly told apart
-_FREEDOM = 2.0  # fall of chi^2 that a degree of freedom is worth
-_ENOUGH = 0.5  # of what any course would gain
 
 
 @dataclass(frozen=True)
@@ -28,14 +24,14 @@ class Course:
     peak_speed: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TraceFit:
-    """What a trace goes with.
+    """The regressors that a trace follows.
 
-    follows: the best and those that are hardly told from it; empty: no simple law of one of them.
+    follows: the best one and those that explain nearly as much; empty if no simple law of them does.
     rises: the parameter grows from the beginning to the end.
     explained: what the best law gains over what any course would.
-    merit: fall of chi^2 over the noise factor by the best law, or by any course if that is worth its freedom.
+    merit: fall of chi^2 over the noise factor by the best law, or by a free course, less a penalty per parameter.
     """
 
     follows: tuple[Regressor, ...]
@@ -57,24 +53,32 @@ def best_shapes(information: Array, gradient: Array, noise_factor: float, course
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     any_course = float(
         gradient
-        @ (scale * np.linalg.lstsq(information * np.outer(scale, scale), scale * gradient, rcond=1e-10)[0])
+        @ (
+            scale
+            * np.linalg.lstsq(information * np.outer(scale, scale), scale * gradient, rcond=_LIMITS.course_rank)[0]
+        )
         / noise_factor
     )
     order = sorted(gains, key=lambda n: -gains[n])
     best = gains[order[0]]
     explained = best / max(any_course, best, 1e-300)
-    near = [n for n in gains if best - gains[n] < max(_CLOSE, _SHARE * best)]
-    merit = max(best - _FREEDOM, any_course - _FREEDOM * gradient.size)
-    return TraceFit(tuple(near) if explained > _ENOUGH else (), rising[order[0]], explained, merit)
+    near = [n for n in gains if best - gains[n] < max(_LIMITS.alike_chi2, _LIMITS.alike_share * best)]
+    merit = max(best - _LIMITS.chi2_per_freedom, any_course - _LIMITS.chi2_per_freedom * gradient.size)
+    return TraceFit(
+        follows=tuple(near) if explained > _LIMITS.law_share else (),
+        rises=rising[order[0]],
+        explained=explained,
+        merit=merit,
+    )
 
 
 def _laws(courses: Sequence[Course]) -> Iterator[tuple[Regressor, list[Array]]]:
     """Of each regressor: values at the knots, a row for each group."""
     tops = max(float(c.amplitude.max()) for c in courses), max(float(c.peak_speed.max()) for c in courses)
-    for power in _POWERS:
-        yield "amplitude", [np.maximum(c.amplitude / tops[0], 1e-6) ** power for c in courses]
-        yield "speed", [np.maximum(c.peak_speed / tops[1], 1e-6) ** power for c in courses]
+    for power in _LIMITS.law_powers:
+        yield "amplitude", [np.maximum(c.amplitude / tops[0], _LIMITS.least_ratio) ** power for c in courses]
+        yield "speed", [np.maximum(c.peak_speed / tops[1], _LIMITS.least_ratio) ** power for c in courses]
     longest = max(float(c.time_s[-1]) for c in courses)
     yield "time", [c.time_s / longest for c in courses]
-    for share in _SETTLING:
+    for share in _LIMITS.law_settling:
         yield "time", [np.exp(-c.time_s / (share * longest)) for c in courses]

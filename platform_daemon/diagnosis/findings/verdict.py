@@ -8,29 +8,22 @@ from collections.abc import Iterator, Sequence
 from scipy.optimize import brentq
 from scipy.stats import ncx2
 
-from platform_daemon.estimation import Zones
-from platform_daemon.schemas import DiagnosisVerdict
+from platform_daemon.diagnosis.effects.additive import SIDE_MODE
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.regression.cross_validation import CrossValidation
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.report_schema import DiagnosisVerdict
+from platform_daemon.diagnosis.selection.confounders import gain_of
+from platform_daemon.diagnosis.selection.data_integrity import DataDefect
+from platform_daemon.diagnosis.selection.omnibus_test import OmnibusScore
+from platform_daemon.diagnosis.selection.significance import LEVEL
+from platform_daemon.diagnosis.selection.stepwise import Selection
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.screening.spectral_lines import Zones
 
-from ..effects.additive import SIDE_MODE
-from ..effects.effect import Candidate
-from ..regression.cross_validation import CrossValidation
-from ..regression.joint_fit import JointFit
-from ..selection.confounders import gain_of
-from ..selection.data_integrity import DataDefect
-from ..selection.omnibus_test import OmnibusScore
-from ..selection.significance import LEVEL
-from ..selection.stepwise import Selection
 from .accepted_effects import AcceptedEffect
 
-_CONFIDENT = 0.5  # share of what could be gained that named effects must explain to be named at all
-_NEGLIGIBLE = 0.01  # of what is explained: what is left may be there without spoiling an explanation
-_NOISY = 1.1  # chi^2 per degree of freedom from which something is left, whatever its form
-_BELIEVED = 2  # common effects that may act together and be believed
-_PREDICTED = 1.03  # held-out chi^2 per degree of freedom of a complete model
-_FOLLOWS = 0.2  # held-out nRMSE of a model that follows the motion, where what it leaves over is no noise
-_PATCH = 0.02  # of the largest gain: an effect that gains less mends what the largest does not quite explain
-_SURELY = 0.8  # share of all that may be missing, at _CHANCE, that an explanation must account for
-_CHANCE = 0.05
+_LIMITS = THRESHOLDS.findings
 
 
 def assess_diagnosis(
@@ -48,9 +41,9 @@ def assess_diagnosis(
         return ("explained" if gaps else "nothing_missing"), ()
     explained = _explained(found, final)
     excess = max(left.excess, _noise_excess(final))
-    if _significant(found, final) and explained < _CONFIDENT * (explained + excess):
+    if _significant(found, final) and explained < _LIMITS.confident_share * (explained + excess):
         return "unexplained", ()
-    if final.chi2_per_dof > _NOISY and not after.total.nrmse < _FOLLOWS:
+    if final.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof and not after.total.nrmse < _LIMITS.followed_nrmse:
         return "unexplained", (f"what was not used is missed by {100.0 * after.total.nrmse:.2g} % all the same",)
     doubts = tuple(_doubts(found, final, named, after))
     return ("partly_explained" if doubts else "explained"), doubts
@@ -63,14 +56,18 @@ def _explained(found: Selection, final: JointFit) -> float:
 
 def _noise_excess(final: JointFit) -> float:
     """What is left beyond the measured noise, whatever its form."""
-    return (final.chi2 - final.dof) / final.noise_factor if final.chi2_per_dof > _NOISY else 0.0
+    return (
+        (final.chi2 - final.dof) / final.noise_factor
+        if final.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof
+        else 0.0
+    )
 
 
 def _significant(found: Selection, final: JointFit) -> bool:
     """Something is left that matters."""
     left = found.omnibus_test
-    visible = _chance_of_rest(found) < LEVEL and left.excess > _NEGLIGIBLE * _explained(found, final)
-    return visible or final.chi2_per_dof > _NOISY
+    visible = _chance_of_rest(found) < LEVEL and left.excess > _LIMITS.negligible_rest * _explained(found, final)
+    return visible or final.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof
 
 
 def _chance_of_rest(found: Selection) -> float:
@@ -83,27 +80,29 @@ def _doubts(
 ) -> Iterator[str]:
     """Why named effects may not be all, or not the right ones."""
     together = [n for n in named if n.candidate in final.hypothesis.common]
-    if after.total.dof > 0 and after.total.chi2_per_dof > _PREDICTED:
+    if after.total.dof > 0 and after.total.chi2_per_dof > _LIMITS.predicted_chi2_per_dof:
         yield f"held-out data are predicted to chi2/dof {after.total.chi2_per_dof:.3g} only"
     if _significant(found, final):
         yield "what the named effects leave over is no noise"
-    if found.forbidden or final.hypothesis.gone:
+    if found.forbidden or final.hypothesis.held_at_zero:
         yield "the best fit asks for signs that physics does not allow"
     gains = [gain_of(final, n.candidate) for n in together]
-    if len(gains) > 1 and min(gains) < _PATCH * max(gains):
+    if len(gains) > 1 and min(gains) < _LIMITS.patch_share * max(gains):
         yield "one effect only mends what a much larger one does not quite explain"
     # Effects together imitate anything: three of them, or two that others could replace.
     replaceable = any(
-        r.candidate.effect is not n.candidate.effect and r.beside is None for n in together for r in n.confounders
+        r.candidate.effect is not n.candidate.effect and r.second is None for n in together for r in n.confounders
     )
-    if len(together) > _BELIEVED or (len(together) > 1 and (replaceable or _chance_of_rest(found) < LEVEL)):
+    if len(together) > _LIMITS.believed_effects or (
+        len(together) > 1 and (replaceable or _chance_of_rest(found) < LEVEL)
+    ):
         yield f"{len(together)} effects together may imitate one that has no name here"
     if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.confounders):
         yield "these data cannot tell whether the motion, the receiver or something beside the signal is the cause"
     if any(_on_harmonic(n.candidate, final) for n in named if n.candidate.effect is SIDE_MODE):
         yield "a decaying oscillation at a harmonic of the motion may be the motion itself, changed by something else"
     share = _sure_share(found, final)
-    if together and share < _SURELY:
+    if together and share < _LIMITS.sure_share:
         yield f"the evidence is weak: only {100.0 * share:.0f} % of what may be missing is surely explained"
 
 
@@ -132,7 +131,7 @@ def _most(left: OmnibusScore) -> float:
     """Upper limit of the gain without noise that hides in an observed one."""
 
     def too_likely(size: float) -> float:
-        return float(ncx2.cdf(left.gain, left.directions, size)) - _CHANCE
+        return float(ncx2.cdf(left.gain, left.directions, size)) - _LIMITS.sure_chance
 
     if left.directions == 0 or too_likely(0.0) <= 0.0:
         return 0.0

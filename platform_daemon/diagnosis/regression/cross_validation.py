@@ -1,7 +1,7 @@
-"""Prediction of data that were not used: the proof of an effect.
+"""Prediction of held-out data, on which the proof of an effect rests.
 
 Each held-out shot keeps its own start (phase, natural frequency, amplitude, orientation, offsets) from the first 30 %
-of its window; the losses, the moment and the strengths of effects come from the other shots, give or take what they
+of its window; the losses, the moment and the strengths of effects come from the other shots, within their
 scatter; the rest of the window is scored. A single shot is split in time: everything from its first 70 %.
 """
 
@@ -16,23 +16,23 @@ import numpy as np
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from platform_daemon.estimation import Array, DipoleObservation, FitState, LostTrajectoryError
+from platform_daemon.diagnosis.shots.shot import PreparedShot
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
-from ..shots.shot import PreparedShot
 from .hypothesis import Hypothesis
 from .information import solved
 from .joint_fit import JointFit
 from .linearised_shot import LinearisedShot, common_information, linearise_shot
 from .prediction import own_sizes, predicted, window_of
 
-_OWN = 0.3  # of the window
-_SPLIT = 0.7  # of the window of a single shot
-_STEPS = 8
-_SETTLED = 0.02  # fall of chi^2 that a further step would bring
-_FRACTIONS = (1.0, 0.3, 0.1, 0.03)
+_LIMITS = THRESHOLDS.regression
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class HeldOutScore:
     """Sums over all samples of the scored parts: chi^2, its expectation, squares of the residual and of the data.
 
@@ -69,9 +69,14 @@ class CrossValidation:
         """Of all shots that could be predicted."""
         good = [s for s in self.by_shot if s is not None]
         if not good:
-            return HeldOutScore(math.inf, 1.0, math.inf, 1.0, math.inf)
-        sums = [sum(getattr(s, name) for s in good) for name in ("chi2", "dof", "squares", "energy", "whole")]
-        return HeldOutScore(*sums)
+            return HeldOutScore(chi2=math.inf, dof=1.0, squares=math.inf, energy=1.0, whole=math.inf)
+        return HeldOutScore(
+            chi2=sum(s.chi2 for s in good),
+            dof=sum(s.dof for s in good),
+            squares=sum(s.squares for s in good),
+            energy=sum(s.energy for s in good),
+            whole=sum(s.whole for s in good),
+        )
 
     def worse_by(self, other: CrossValidation) -> float:
         """Rise of chi^2 against another hypothesis; infinite for one that cannot predict what the other can."""
@@ -88,7 +93,7 @@ def _rise(a: HeldOutScore | None, b: HeldOutScore | None) -> float:
 
 def cross_validate(at: JointFit, pool: Executor) -> CrossValidation:
     """Score a hypothesis by data that were not used for it."""
-    count = len(at.started)
+    count = len(at.prepared)
     work = _split_in_time if count == 1 else _leave_out
     return CrossValidation(tuple(pool.map(lambda k: _guarded(work, at, k), range(count))))
 
@@ -102,55 +107,65 @@ def _guarded(work, at: JointFit, k: int) -> HeldOutScore | None:  # type: ignore
 
 def _leave_out(at: JointFit, k: int) -> HeldOutScore:
     """Predict shot k from the others."""
-    others = [j for j in range(len(at.started)) if j != k]
+    others = [j for j in range(len(at.prepared)) if j != k]
     strengths, sure = _strengths_without(at, k)
     mean, sd = _known(at, others, k)
-    keep = _rows(at.started[k], _OWN)
+    keep = _rows(at.prepared[k], _LIMITS.own_share)
     # Own parameters follow the change of the strengths at once: a stiffness moves the phase of the end by turns.
     moved = at.linear[k].own_step(strengths - at.strengths)
     start = at.states[k].moved(moved)
     mean = mean - moved[_places(at)]
-    every, args = np.ones_like(keep), (at.started[k], at.hypothesis, start, strengths)
-    _, whole = _fitted(*args, every, mean, sd)
-    state, _ = _fitted(*args, keep, mean, sd)
+    shot, hypothesis = at.prepared[k], at.hypothesis
+    _, whole = _fitted(shot, hypothesis, start, strengths, keep=np.ones_like(keep), mean=mean, sd=sd)
+    state, _ = _fitted(shot, hypothesis, start, strengths, keep=keep, mean=mean, sd=sd)
     own = at.linear[k].free.size
     known = np.zeros((mean.size + len(sure), own + len(sure)))
     known[np.arange(mean.size), _places(at)] = 1.0 / sd
     known[mean.size :, own:] = sure
-    return _scored(at.started[k], at.hypothesis, state, strengths, keep, _OWN, whole, known)
+    begin = _LIMITS.own_share
+    return _scored(shot, hypothesis, state, strengths, keep=keep, begin=begin, whole=whole, known=known)
 
 
 def _split_in_time(at: JointFit, k: int) -> HeldOutScore:
     """Predict the end of a shot from its beginning; strengths too are fitted to that alone."""
-    started, hypothesis = at.started[k], at.hypothesis
-    keep = _rows(started, _SPLIT)
+    prepared, hypothesis = at.prepared[k], at.hypothesis
+    keep = _rows(prepared, _LIMITS.split_share)
     state, strengths = at.states[k], at.strengths
-    for _ in range(_STEPS):
-        linear = linearise_shot(started, hypothesis, state, strengths)
+    for _ in range(_LIMITS.prediction_steps):
+        linear = linearise_shot(prepared, hypothesis, state, strengths)
         both = np.concatenate([linear.base(), linear.columns], axis=1)[keep]
         step, fall = _solved(both, linear.residual[keep])
         own = linear.free.size
         state, strengths = state.moved(step[:own]), strengths + step[own:]
-        if fall < _SETTLED:
+        if fall < _LIMITS.settled_chi2:
             break
     size = len(_places(at))
-    _, whole = _fitted(started, hypothesis, state, strengths, np.ones_like(keep), np.zeros(size), np.full(size, np.inf))
+    _, whole = _fitted(
+        prepared,
+        hypothesis,
+        state,
+        strengths,
+        keep=np.ones_like(keep),
+        mean=np.zeros(size),
+        sd=np.full(size, np.inf),
+    )
     nothing = np.zeros((0, own + hypothesis.size))
-    return _scored(started, hypothesis, state, strengths, keep, _SPLIT, whole, nothing)
+    begin = _LIMITS.split_share
+    return _scored(prepared, hypothesis, state, strengths, keep=keep, begin=begin, whole=whole, known=nothing)
 
 
 def _solved(columns: Array, residual: Array) -> tuple[Array, float]:
     """Least-squares step and the fall of chi^2 it predicts."""
     norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     scaled = columns / norm
-    step = np.linalg.lstsq(scaled, residual, rcond=1e-10)[0]
+    step = np.linalg.lstsq(scaled, residual, rcond=_LIMITS.step_rank)[0]
     return step / norm, float(residual @ (scaled @ step))
 
 
-def _rows(started: PreparedShot, end: float) -> np.ndarray:
+def _rows(prepared: PreparedShot, end: float) -> np.ndarray:
     """Rows of the instants before this share of the window, bool (channels m,)."""
-    time = started.time_s
-    return np.tile(time - time[0] < end * (time[-1] - time[0]), started.shot.record.channels)
+    time = prepared.time_s
+    return np.tile(time - time[0] < end * (time[-1] - time[0]), prepared.shot.record.channels)
 
 
 def _strengths_without(at: JointFit, k: int) -> tuple[Array, Array]:
@@ -178,17 +193,17 @@ def _is_dipole(state: FitState) -> bool:
 
 
 def _values(at: JointFit, state: FitState) -> Array:
-    """Their values in a state."""
+    """Values of the shared parameters in a state: coefficients of the model (0 where held at zero), then m_r."""
     moment = [state.observation.m_r] if isinstance(state.observation, DipoleObservation) else []
     own = state.dynamics.values[: len(at.hypothesis.model.coefficients)]
-    values = [0.0 if n in at.hypothesis.gone else q for n, q in enumerate(own)]
+    values = [0.0 if n in at.hypothesis.held_at_zero else q for n, q in enumerate(own)]
     return np.array([*values, *moment])
 
 
 def _known(at: JointFit, others: Sequence[int], k: int) -> tuple[Array, Array]:
     """(places' expected change from shot k's own fit, its standard deviation), from the other shots.
 
-    How much the shots scatter is told by all of them: two that agree by chance would promise too much for a third.
+    The scatter is estimated from all shots: two that agree by chance would promise too much for a third.
     """
     places = _places(at)
     values = np.stack([_values(at, state) for state in at.states])
@@ -197,7 +212,7 @@ def _known(at: JointFit, others: Sequence[int], k: int) -> tuple[Array, Array]:
     scatter = values.var(axis=0, ddof=1)
     excess = np.maximum(scatter - error, 0.0) * (1.0 + 1.0 / len(others)) * _wide(freedom)
     # What scatters no more than its errors allow is common to all shots.
-    sure = scatter > error * (1.0 + 4.0 / np.sqrt(2.0 * freedom))
+    sure = scatter > error * (1.0 + _LIMITS.scatter_sigma / np.sqrt(2.0 * freedom))
     variance = np.where(sure, excess, 0.0) + error / len(others)
     # What is held has neither scatter nor error.
     return values[others].mean(axis=0) - values[k], np.sqrt(np.where(variance > 0.0, variance, 1.0))
@@ -205,14 +220,16 @@ def _known(at: JointFit, others: Sequence[int], k: int) -> tuple[Array, Array]:
 
 def _wide(freedom: int) -> float:
     """By how much a variance known from few values is to be widened, so that a normal law holds 95 % all the same."""
-    return float((student.ppf(0.975, freedom) / norm.ppf(0.975)) ** 2)
+    quantile = _LIMITS.scatter_quantile
+    return float((student.ppf(quantile, freedom) / norm.ppf(quantile)) ** 2)
 
 
 def _fitted(
-    started: PreparedShot,
+    prepared: PreparedShot,
     hypothesis: Hypothesis,
     state: FitState,
     strengths: Array,
+    *,
     keep: np.ndarray,
     mean: Array,
     sd: Array,
@@ -226,31 +243,34 @@ def _fitted(
     places += [3 + len(hypothesis.model.coefficients)] if _is_dipole(state) else []
     prior = np.zeros((mean.size, hypothesis.reduced(state).size))
     prior[np.arange(mean.size), places] = 1.0 / sd
-    linear, gone = linearise_shot(started, hypothesis, state, strengths), np.zeros(mean.size)
-    chi2 = _penalised(linear, keep, (mean - gone) / sd)
-    for _ in range(_STEPS):
+    linear, change = linearise_shot(prepared, hypothesis, state, strengths), np.zeros(mean.size)
+    chi2 = _penalised(linear, keep, (mean - change) / sd)
+    for _ in range(_LIMITS.prediction_steps):
         columns = np.concatenate([linear.base()[keep], prior])
-        residual = np.concatenate([linear.residual[keep], (mean - gone) / sd])
+        residual = np.concatenate([linear.residual[keep], (mean - change) / sd])
         step, fall = _solved(columns, residual)
-        if fall < _SETTLED:
+        if fall < _LIMITS.settled_chi2:
             break
-        for fraction in _FRACTIONS:
+        for fraction in _LIMITS.prediction_fractions:
             moved = state.moved(fraction * step)
             try:
-                trial = linearise_shot(started, hypothesis, moved, strengths)
+                trial = linearise_shot(prepared, hypothesis, moved, strengths)
             except LostTrajectoryError:
                 continue
-            there = _penalised(trial, keep, (mean - gone - fraction * step[places]) / sd)
+            there = _penalised(trial, keep, (mean - change - fraction * step[places]) / sd)
             if there < chi2:
                 break
         else:
             break
-        linear, state, chi2, gone = trial, moved, there, gone + fraction * step[places]
+        linear = trial
+        state = moved
+        chi2 = there
+        change = change + fraction * step[places]
     return state, chi2
 
 
 def _uncertain(linear: LinearisedShot, keep: np.ndarray, known: Array) -> float:
-    """Part of the rest's chi^2 that lies within the errors of the prediction, which is made from the kept rows.
+    """Part of the held-out chi^2 that lies within the errors of the prediction, which is made from the kept rows.
 
     With e the errors of what is predicted, chi^2 = r (1 + e e^T)^-1 r has an expectation of one per sample.
     """
@@ -259,7 +279,7 @@ def _uncertain(linear: LinearisedShot, keep: np.ndarray, known: Array) -> float:
     before = np.linalg.qr(np.concatenate([columns[keep], known]) / norm, mode="r")
     wide = np.concatenate([columns[~keep] / norm, before])
     target = np.concatenate([linear.residual[~keep], np.zeros(len(before))])
-    step = np.linalg.lstsq(wide, target, rcond=1e-12)[0]
+    step = np.linalg.lstsq(wide, target, rcond=_LIMITS.error_rank)[0]
     return float(target @ (wide @ step))
 
 
@@ -270,10 +290,11 @@ def _penalised(linear: LinearisedShot, keep: np.ndarray, miss: Array) -> float:
 
 
 def _scored(
-    started: PreparedShot,
+    prepared: PreparedShot,
     hypothesis: Hypothesis,
     state: FitState,
     strengths: Array,
+    *,
     keep: np.ndarray,
     begin: float,
     whole: float,
@@ -283,17 +304,20 @@ def _scored(
 
     known: (..., parameters of the shot and strengths) what is known of these besides, in standard deviations.
     """
-    linear = linearise_shot(started, hypothesis, state, strengths)
+    linear = linearise_shot(prepared, hypothesis, state, strengths)
     own = own_sizes(hypothesis, linear, strengths, keep)
-    first, last = window_of(started)
-    data = started.shot.record.samples[:, first:last]
+    first, last = window_of(prepared)
+    data = prepared.shot.record.samples[:, first:last]
     left = data - predicted(hypothesis, linear, state, strengths, own)
     data = data - state.offsets[:, None]
-    weights = np.asarray(started.shot.noise.sd)[:, None] ** -2.0
+    weights = np.asarray(prepared.shot.noise.sd)[:, None] ** -2.0
     rest = slice(round(begin * (last - first)), None)
     squares = weights[:, 0] * np.sum(left[:, rest] ** 2, axis=1)
     chi2 = float(squares.sum()) - _uncertain(linear, keep, known)
     return HeldOutScore(
-        chi2, float(left[:, rest].size), float(np.sum(left[:, rest] ** 2)),
-        float(np.sum(data[:, rest] ** 2)), whole,
-    )  # fmt: skip
+        chi2=chi2,
+        dof=float(left[:, rest].size),
+        squares=float(np.sum(left[:, rest] ** 2)),
+        energy=float(np.sum(data[:, rest] ** 2)),
+        whole=whole,
+    )

@@ -1,4 +1,4 @@
-"""A declared model together with the effects that are supposed to act as well, and how their strengths are stored."""
+"""A declared model together with additional effects, and the storage of their strengths."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
-from platform_daemon.estimation import Array, FitState, RingDownModel
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.shots.linearisation import Linearisation
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
 
-from ..effects.effect import Candidate
-from ..shots.linearisation import Linearisation
-
-_STEP = 1e-4  # of the signal, for derivatives of what receivers do to it
+_LIMITS = THRESHOLDS.regression
 
 
 def _rank(candidate: Candidate) -> int:
@@ -25,10 +27,10 @@ def _rank(candidate: Candidate) -> int:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Effects beside a declared model.
+    """A declared model with additional effects.
 
-    gone: losses of the declared model (their places among its coefficients) that are held at 0, because beside these
-    effects the data want them negative.
+    held_at_zero: indices of the declared model's losses that are fixed to 0, because with these effects the best fit
+    would have them negative.
 
     Common to all shots are the strengths of torque and receiver effects and the sizes of shared additive ones, in
     this order; additive effects that every shot has for itself are linear and never stored.
@@ -36,7 +38,7 @@ class Hypothesis:
 
     model: RingDownModel
     effects: tuple[Candidate, ...] = ()
-    gone: tuple[int, ...] = ()
+    held_at_zero: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", tuple(sorted(self.effects, key=_rank)))
@@ -46,8 +48,8 @@ class Hypothesis:
         return replace(self, effects=(*self.effects, *effects))
 
     def without(self, effect: Candidate) -> Hypothesis:
-        """With all but one; losses are free again: they may have been negative because of it only."""
-        return replace(self, effects=tuple(e for e in self.effects if e is not effect), gone=())
+        """With all effects but one; losses are free again, because that effect may have made them negative."""
+        return replace(self, effects=tuple(e for e in self.effects if e is not effect), held_at_zero=())
 
     @cached_property
     def torques(self) -> tuple[Candidate, ...]:
@@ -79,7 +81,7 @@ class Hypothesis:
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:
-        """Where the strengths of each common effect stand among all of them."""
+        """Slices of the common strengths, one per effect."""
         ends = np.cumsum([0, *(c.size for c in self.common)])
         return tuple(slice(int(a), int(b)) for a, b in itertools.pairwise(ends))
 
@@ -103,9 +105,9 @@ class Hypothesis:
         return [names.index(c.of) if c.of else None for c in self.torques]
 
     def factors(self, state: FitState) -> Array:
-        """What a shot multiplies the strengths of torque effects by, (torques,): what they are shares of, or 1."""
+        """Factors of the torque effects' strengths in a shot, (torques,): the coefficient they are shares of, or 1."""
         values = state.dynamics.values
-        return np.array([1.0 if k is None or k in self.gone else values[k] for k in self.carriers()])
+        return np.array([1.0 if k is None or k in self.held_at_zero else values[k] for k in self.carriers()])
 
     def declared(self, size: int) -> np.ndarray:
         """Parameters of an augmented FitState of this size that each shot has for itself, bool (size,)."""
@@ -122,13 +124,13 @@ class Hypothesis:
         mask = np.ones(size, dtype=bool)
         known = self.model.parameters
         held = [k for k, c in enumerate(self.model.coefficients) if known[c.name].fixed is not None]
-        mask[[3 + k for k in (*self.gone, *held)]] = False
+        mask[[3 + k for k in (*self.held_at_zero, *held)]] = False
         return mask
 
     def extended(self, state: FitState, strengths: Array) -> FitState:
         """A state of the declared model as one of the augmented model."""
         own = state.dynamics.values[: len(self.model.coefficients)]
-        values = [0.0 if k in self.gone else q for k, q in enumerate(own)]
+        values = [0.0 if k in self.held_at_zero else q for k, q in enumerate(own)]
         for c, strength, factor in zip(self.torques, strengths, self.factors(state), strict=False):
             values += [float(strength * factor), *c.hidden]
         return replace(state, dynamics=replace(state.dynamics, values=tuple(values)))
@@ -146,35 +148,35 @@ class Hypothesis:
                 own[3 + carrier] += strength * base[place]
         return own, np.asarray(self.factors(state)[:, None] * base[places])
 
-    def through(self, seen: Linearisation, strengths: Array) -> Linearisation:
-        """A look at the data through the receiver effects: residual and Jacobian of the channels as they change them.
+    def through(self, linearisation: Linearisation, strengths: Array) -> Linearisation:
+        """The linearisation with the receiver effects applied to residual and Jacobian.
 
         Parameters that are nearly determined depend on the third digit of the Jacobian.
         """
         if not self.receivers:
-            return seen
-        here, jacobian = self.changes(seen, strengths), seen.jacobian.copy()
-        sizes = np.linalg.norm(jacobian[: -seen.state.offsets.size].reshape(-1, here.size), axis=1)
+            return linearisation
+        here, jacobian = self.changes(linearisation, strengths), linearisation.jacobian.copy()
+        sizes = np.linalg.norm(jacobian[: -linearisation.state.offsets.size].reshape(-1, here.size), axis=1)
         for k in np.flatnonzero(sizes):
-            step = _STEP * float(np.linalg.norm(seen.signal) / sizes[k])
-            jacobian[k] += (self.changes(seen.moved(int(k), step), strengths) - here) / step
-        return replace(seen, residual=seen.residual - here, jacobian=jacobian)
+            step = _LIMITS.receiver_step * float(np.linalg.norm(linearisation.signal) / sizes[k])
+            jacobian[k] += (self.changes(linearisation.moved(int(k), step), strengths) - here) / step
+        return replace(linearisation, residual=linearisation.residual - here, jacobian=jacobian)
 
-    def changes(self, seen: Linearisation, strengths: Array) -> Array:
-        """What the receiver effects change in the model's channels, (channels, m); products of two are left out."""
-        out = np.zeros_like(seen.signal)
+    def changes(self, linearisation: Linearisation, strengths: Array) -> Array:
+        """Change of the model's channels by the receiver effects, (channels, m); interactions of two are neglected."""
+        out = np.zeros_like(linearisation.signal)
         for c, strength in zip(self.receivers, strengths[len(self.torques) :], strict=False):
             if c.change is not None and strength != 0.0:
-                out += c.change(seen, float(strength))
+                out += c.change(linearisation, float(strength))
         return out
 
-    def shared_columns(self, seen: Linearisation) -> Array:
+    def shared_columns(self, linearisation: Linearisation) -> Array:
         """Columns of receiver and shared additive effects in units of the noise, (q, rows)."""
-        return _columns([c for c in self.common if c.term is None], seen)
+        return _columns([c for c in self.common if c.term is None], linearisation)
 
-    def own_columns(self, seen: Linearisation) -> Array:
+    def own_columns(self, linearisation: Linearisation) -> Array:
         """Columns of the additive effects of every shot in units of the noise, (q, rows)."""
-        return _columns(list(self.own), seen)
+        return _columns(list(self.own), linearisation)
 
     def additive_part(self, strengths: Array, shared: Array) -> Array:
         """What shared additive effects of these strengths add to the data in units of the noise, (rows,).
@@ -185,6 +187,6 @@ class Hypothesis:
         return np.asarray(strengths[len(self.torques) + count :] @ shared[count:])
 
 
-def _columns(candidates: list[Candidate], seen: Linearisation) -> Array:
-    found = [seen.started.white(c.columns(seen)) for c in candidates if c.columns is not None]
-    return np.concatenate([np.empty((0, seen.whitened.size)), *found])
+def _columns(candidates: list[Candidate], linearisation: Linearisation) -> Array:
+    found = [linearisation.prepared.white(c.columns(linearisation)) for c in candidates if c.columns is not None]
+    return np.concatenate([np.empty((0, linearisation.whitened.size)), *found])

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from platform_daemon.estimation import Array
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
 
-_SINGULAR = 1e-13  # of the scaled matrix
+_LIMITS = THRESHOLDS.regression
 
 
 def solved(matrix: Array, right: Array) -> Array:
     """x (k,) or (k, n) of least norm, in units of the standard deviations, with matrix (k, k) x = right."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     scaled = matrix * np.outer(scale, scale)
-    return np.asarray(scale * np.linalg.lstsq(scaled, (scale * right.T).T, rcond=_SINGULAR)[0].T).T
+    return np.asarray(scale * np.linalg.lstsq(scaled, (scale * right.T).T, rcond=_LIMITS.information_rank)[0].T).T
 
 
 def inverse(matrix: Array) -> Array:

@@ -14,27 +14,33 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from platform_daemon.estimation import Array, FitState, LostTrajectoryError
+from platform_daemon.diagnosis.shots.shot import PreparedShot
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
-from ..shots.shot import PreparedShot
 from .hypothesis import Hypothesis
 from .information import inverse, solved
 from .linearised_shot import LinearisedShot, common_information, linearise_shot
 
-_MOST_STEPS = 12
-_SETTLED = 0.02  # fall of chi^2 that a further step would bring
-_HOPE = 3.0  # times the fall that a step promises: more is not expected of all further steps
-_POOR, _MOST_POOR = 0.1, 2  # steps that bring less than this share of what they promise
-_SMALLEST = 1e-3  # fraction of a step
-_STRUCTURED = 1.1  # chi^2 per degree of freedom from which a residual is no noise
-_BACK = 3  # steps of the shots' own parameters back into the valley
+_LIMITS = THRESHOLDS.regression
 
 
-_There = tuple[list[FitState], Array, list[LinearisedShot]]
-"""States, strengths, and all shots linearised at them."""
+@dataclass(frozen=True, kw_only=True)
+class _Point:
+    """States of all shots, common strengths (q,), and the shots linearised there."""
+
+    states: tuple[FitState, ...]
+    strengths: Array
+    linear: tuple[LinearisedShot, ...]
+
+    @property
+    def chi2(self) -> float:
+        return sum(a.chi2 for a in self.linear)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class JointFit:
     """A joint minimum.
 
@@ -42,7 +48,7 @@ class JointFit:
     hypothesis.common; linear: every shot at its state.
     """
 
-    started: Sequence[PreparedShot]
+    prepared: Sequence[PreparedShot]
     hypothesis: Hypothesis
     states: tuple[FitState, ...]
     strengths: Array
@@ -57,7 +63,7 @@ class JointFit:
     @property
     def dof(self) -> float:
         """Its expectation, if nothing is missing."""
-        return sum(s.dof - a.parameters for s, a in zip(self.started, self.linear, strict=True)) - self.hypothesis.size
+        return sum(s.dof - a.parameters for s, a in zip(self.prepared, self.linear, strict=True)) - self.hypothesis.size
 
     @property
     def chi2_per_dof(self) -> float:
@@ -66,9 +72,9 @@ class JointFit:
 
     @cached_property
     def noise_factor(self) -> float:
-        """By how much gains of chi^2 are to be divided where more is left than the measured noise.
+        """The divisor of gains of chi^2 where the residual is larger than the measured noise.
 
-        What a model leaves over goes on from sample to sample: it is worth as few values as are independent.
+        Neighbouring samples of a model error are correlated, so that only independent values count.
         """
         return noise_factor(self.chi2_per_dof, ((a.chi2, partial(_samples_per_value, a)) for a in self.linear))
 
@@ -82,15 +88,15 @@ def _samples_per_value(of: LinearisedShot) -> float:
 
 
 def noise_factor(chi2_per_dof: float, left: Iterable[tuple[float, Callable[[], float]]]) -> float:
-    """By how much gains are to be divided; left: chi^2 of each shot, and how many samples tell as much as one."""
-    if chi2_per_dof < _STRUCTURED:
+    """The divisor of gains; left: of each shot its chi^2, and the number of samples per independent value."""
+    if chi2_per_dof < _LIMITS.noise_chi2_per_dof:
         return max(1.0, chi2_per_dof)
     pairs = [(chi2, each()) for chi2, each in left]
     return chi2_per_dof * sum(chi2 * each for chi2, each in pairs) / sum(chi2 for chi2, _ in pairs)
 
 
 def fit_jointly(
-    started: Sequence[PreparedShot],
+    prepared: Sequence[PreparedShot],
     hypothesis: Hypothesis,
     pool: Executor,
     states: Sequence[FitState] | None = None,
@@ -99,33 +105,40 @@ def fit_jointly(
 ) -> JointFit:
     """Minimise chi^2 of all shots.
 
-    states: of the declared model, to begin at; None: as the shots were started. guess: strengths (q,); None: 0.
+    states: of the declared model, to begin at; None: as the shots were prepared. guess: strengths (q,); None: 0.
     worth: chi^2 from which down the fit is of interest; where it is out of reach the search ends before the minimum.
 
     Raises:
         LostTrajectoryError: a state does not oscillate.
     """
     strengths = np.zeros(hypothesis.size) if guess is None else np.asarray(guess, dtype=np.float64)
-    states = [s.state for s in started] if states is None else list(states)
-    at = _linearised(started, hypothesis, states, strengths, pool)
+    states = [s.state for s in prepared] if states is None else states
+    at = _point(prepared, hypothesis, states, strengths, pool)
     poor = 0
-    for _ in range(_MOST_STEPS):
-        common, predicted = _common_step(at, hypothesis.size)
-        before = _chi2(at)
-        if before - _HOPE * predicted > worth or (poor >= _MOST_POOR and before > worth):
+    for _ in range(_LIMITS.most_steps):
+        common, predicted = _common_step(at.linear, hypothesis.size)
+        before = at.chi2
+        if before - _LIMITS.hope_ratio * predicted > worth or (poor >= _LIMITS.most_poor_steps and before > worth):
             break
-        if predicted < _SETTLED * max(1.0, _chi2(at) / sum(s.dof for s in started)):
+        if predicted < _LIMITS.settled_chi2 * max(1.0, before / sum(s.dof for s in prepared)):
             break
-        better = _line_search(started, hypothesis, states, strengths, at, common, pool)
+        better = _line_search(prepared, hypothesis, at, common, pool)
         if better is None:
             break
-        states, strengths, at = better
-        poor = poor + 1 if before - _chi2(at) < _POOR * predicted else 0
-    return JointFit(started, hypothesis, tuple(states), strengths, _covariance(at, hypothesis.size), tuple(at))
+        at = better
+        poor = poor + 1 if before - at.chi2 < _LIMITS.poor_share * predicted else 0
+    return JointFit(
+        prepared=prepared,
+        hypothesis=hypothesis,
+        states=at.states,
+        strengths=at.strengths,
+        covariance=_covariance(at.linear, hypothesis.size),
+        linear=at.linear,
+    )
 
 
 def starting_strengths(at: JointFit, hypothesis: Hypothesis) -> np.ndarray:
-    """Strengths of a refit as a beginning for another hypothesis; 0 for what is new."""
+    """Strengths of a refit as the start of another hypothesis; 0 for new effects."""
     known = {c.key: at.strengths[s] for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True)}
     out = np.zeros(hypothesis.size)
     for c, s in zip(hypothesis.common, hypothesis.slices, strict=True):
@@ -135,12 +148,13 @@ def starting_strengths(at: JointFit, hypothesis: Hypothesis) -> np.ndarray:
 
 
 def starting_point(at: JointFit, hypothesis: Hypothesis) -> tuple[list[FitState], np.ndarray]:
-    """States and strengths of a refit as a beginning for another hypothesis.
+    """States and strengths of a refit as the start of another hypothesis.
 
-    Effects that it lacks, and losses that it holds at 0, are taken up by everything else as well as that can, to first
-    order: left where it was, the rest would describe another motion.
+    All other parameters compensate, to first order, for effects that it lacks and for losses that it holds at 0;
+    unchanged they would describe another motion.
     """
-    keys, held = {c.key for c in hypothesis.common}, [3 + k for k in hypothesis.gone if k not in at.hypothesis.gone]
+    keys = {c.key for c in hypothesis.common}
+    held = [3 + k for k in hypothesis.held_at_zero if k not in at.hypothesis.held_at_zero]
     kept = np.zeros(at.hypothesis.size, dtype=bool)
     for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True):
         kept[s] = c.key in keys
@@ -151,33 +165,31 @@ def starting_point(at: JointFit, hypothesis: Hypothesis) -> tuple[list[FitState]
     common, _ = _common_step(rest, int(kept.sum()))
     strengths = at.strengths.copy()
     strengths[kept] += common
-    states = [_at_zero(s.moved(a.own_step(common)), hypothesis.gone) for s, a in zip(at.states, rest, strict=True)]
+    states = [
+        _at_zero(s.moved(a.own_step(common)), hypothesis.held_at_zero) for s, a in zip(at.states, rest, strict=True)
+    ]
     return states, starting_strengths(replace(at, strengths=strengths), hypothesis)
 
 
-def _at_zero(state: FitState, gone: Sequence[int]) -> FitState:
+def _at_zero(state: FitState, held_at_zero: Sequence[int]) -> FitState:
     """The state with these losses at 0."""
-    values = tuple(0.0 if k in gone else q for k, q in enumerate(state.dynamics.values))
+    values = tuple(0.0 if k in held_at_zero else q for k, q in enumerate(state.dynamics.values))
     return replace(state, dynamics=replace(state.dynamics, values=values))
 
 
-def _linearised(
-    started: Sequence[PreparedShot],
+def _point(
+    prepared: Sequence[PreparedShot],
     hypothesis: Hypothesis,
     states: Sequence[FitState],
     strengths: Array,
     pool: Executor,
-) -> list[LinearisedShot]:
-    """All shots at their states."""
+) -> _Point:
+    """All shots linearised at their states.  Raises LostTrajectoryError, LinAlgError."""
 
-    def one(start: PreparedShot, state: FitState) -> LinearisedShot:
-        return linearise_shot(start, hypothesis, state, strengths)
+    def one(shot: PreparedShot, state: FitState) -> LinearisedShot:
+        return linearise_shot(shot, hypothesis, state, strengths)
 
-    return list(pool.map(one, started, states))
-
-
-def _chi2(at: Sequence[LinearisedShot]) -> float:
-    return sum(a.chi2 for a in at)
+    return _Point(states=tuple(states), strengths=strengths, linear=tuple(pool.map(one, prepared, states)))
 
 
 def _common_step(at: Sequence[LinearisedShot], size: int) -> tuple[Array, float]:
@@ -193,51 +205,54 @@ def _covariance(at: Sequence[LinearisedShot], size: int) -> Array:
 
 
 def _line_search(
-    started: Sequence[PreparedShot], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
-    at: list[LinearisedShot], common: Array, pool: Executor,
-) -> _There | None:  # fmt: skip
+    prepared: Sequence[PreparedShot], hypothesis: Hypothesis, at: _Point, common: Array, pool: Executor
+) -> _Point | None:
     """The longest of ever shorter steps that goes down, or None.
 
     The valley of an effect that the shots' own parameters can nearly follow is narrow and bent: a good step along it
-    leaves it sideways. After a step that goes up, the shots' own parameters may therefore find back at the new
-    strengths, and at last all together, before it is judged.
+    leaves it sideways. After a step that goes up, the shots' own parameters may therefore return at the new strengths,
+    and at last all parameters together, before the step is judged.
     """
-    before = _chi2(at)
+    before = at.chi2
     fraction = 1.0
-    while fraction > _SMALLEST:
-        there = _stepped(started, hypothesis, states, strengths, at, fraction, common, pool)
-        if there is not None and _chi2(there[2]) >= before:
-            there = _back(started, hypothesis, there, before, pool)
-        if there is not None and _chi2(there[2]) < before:
-            return there
-        fraction *= 0.3
+    while fraction > _LIMITS.smallest_fraction:
+        trial = _stepped(prepared, hypothesis, at, common, pool, fraction=fraction)
+        if trial is not None and trial.chi2 >= before:
+            trial = _back_to_valley(prepared, hypothesis, trial, before, pool)
+        if trial is not None and trial.chi2 < before:
+            return trial
+        fraction *= _LIMITS.shortening
     return None
 
 
-def _back(
-    started: Sequence[PreparedShot], hypothesis: Hypothesis, there: _There, before: float, pool: Executor
-) -> _There | None:
+def _back_to_valley(
+    prepared: Sequence[PreparedShot], hypothesis: Hypothesis, at: _Point, before: float, pool: Executor
+) -> _Point | None:
     """After steps of the shots' own parameters at given strengths, as long as they go down, and one of all together."""
-    nothing = np.zeros(hypothesis.size)
-    for _ in range(_BACK):
-        nearer = _stepped(started, hypothesis, *there, 1.0, nothing, pool)
-        if nearer is None or _chi2(nearer[2]) >= _chi2(there[2]):
+    held = np.zeros(hypothesis.size)
+    for _ in range(_LIMITS.valley_steps):
+        nearer = _stepped(prepared, hypothesis, at, held, pool)
+        if nearer is None or nearer.chi2 >= at.chi2:
             break
-        there = nearer
-        if _chi2(there[2]) < before:
-            return there
-    common, _ = _common_step(there[2], hypothesis.size)
-    return _stepped(started, hypothesis, *there, 1.0, common, pool)
+        at = nearer
+        if at.chi2 < before:
+            return at
+    common, _ = _common_step(at.linear, hypothesis.size)
+    return _stepped(prepared, hypothesis, at, common, pool)
 
 
 def _stepped(
-    started: Sequence[PreparedShot], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
-    at: list[LinearisedShot], fraction: float, common: Array, pool: Executor,
-) -> _There | None:  # fmt: skip
+    prepared: Sequence[PreparedShot],
+    hypothesis: Hypothesis,
+    at: _Point,
+    common: Array,
+    pool: Executor,
+    *,
+    fraction: float = 1.0,
+) -> _Point | None:
     """After a fraction of a step; None where nothing oscillates."""
-    moved = [s.moved(fraction * a.own_step(common)) for s, a in zip(states, at, strict=True)]
-    there = strengths + fraction * common
+    states = [s.moved(fraction * a.own_step(common)) for s, a in zip(at.states, at.linear, strict=True)]
     try:
-        return moved, there, _linearised(started, hypothesis, moved, there, pool)
+        return _point(prepared, hypothesis, states, at.strengths + fraction * common, pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None

@@ -1,37 +1,43 @@
-"""One shot at one state, its own parameters in triangular form: what a joint fit adds up over the shots."""
+"""One linearised shot with its own parameters factored, of which a joint fit is the sum.
+
+With Q R the factors of the columns of the own parameters, a joint fit needs of every shot only the common columns C and
+the residual r: the sums of C^T (1 - Q Q^T) C and C^T (1 - Q Q^T) r are its normal equations.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import qr, solve_triangular
 
-from platform_daemon.estimation import Array, FitState
+from platform_daemon.diagnosis.shots.linearisation import Linearisation, linearise_signal
+from platform_daemon.diagnosis.shots.shot import PreparedShot
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.numerics.arrays import Array
 
-from ..shots.linearisation import Linearisation, linearise_signal
-from ..shots.shot import PreparedShot
 from .hypothesis import Hypothesis
 
-_NOTHING = 1e-9  # share of a column that must be left beside the others
+_LIMITS = THRESHOLDS.regression
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LinearisedShot:
-    """One shot at one state: its own parameters in triangular form, the common strengths beside them.
+    """One shot at one state; "projected" means orthogonal to `own`.
 
     Attributes:
-        seen: the look.
+        linearisation: residual and derivatives at the state.
         own: orthonormal columns of the additive effects that the shot has for itself, (rows, k).
-        q, triangle, scale: factors of the declared parameters' scaled columns beside `own`.
+        q, triangle, scale: QR factors of the declared parameters' scaled columns, projected.
         free: bool (p,) which of the declared parameters these are; the others are held.
-        columns: (rows, common) of the common strengths beside `own`.
-        residual: (rows,) beside `own`.
+        columns: (rows, common) of the common strengths, projected.
+        residual: (rows,) projected.
     """
 
-    seen: Linearisation
+    linearisation: Linearisation
     own: Array
     q: Array
     triangle: Array
@@ -52,38 +58,38 @@ class LinearisedShot:
 
     @property
     def samples_per_value(self) -> float:
-        """So many samples of the residual tell as much as one independent value would: 1 for white noise."""
+        """Samples of the residual per independent value: 1 for white noise."""
         return self.samples_per_value_of(self.residual)
 
     def samples_per_value_of(self, residual: Array) -> float:
-        """The same of what else may be left, flat (rows,).
+        """The same of another residual, flat (rows,).
 
-        The sum of the squares of its correlations, without what chance adds to these.
+        The sum of the squares of its correlations, less the expectation of this sum for white noise.
         """
-        rows: Array = residual.reshape(self.seen.residual.shape)
-        n = int(self.seen.residual.shape[1])
+        rows: Array = residual.reshape(self.linearisation.residual.shape)
+        n = int(self.linearisation.residual.shape[1])
         size = next_fast_len(2 * n, real=True)
         power = np.abs(rfft(rows, size, axis=1)) ** 2
         lags = np.asarray(irfft(power.sum(axis=0), size), dtype=np.float64)
         squares = (lags[:n] / max(float(lags[0]), 1e-300)) ** 2
         return max(1.0, 2.0 * float(squares.sum()) - 2.0)
 
-    def beside(self, columns: Array) -> Array:
-        """Columns (rows, ...) without what lies within the shot's own parameters."""
+    def without_own(self, columns: Array) -> Array:
+        """Columns (rows, ...) orthogonal to those of all parameters that the shot has for itself."""
         for _ in range(2):
             columns = columns - self.own @ (self.own.T @ columns)
             columns = columns - self.q @ (self.q.T @ columns)
         return columns
 
     def projected(self, columns: Array) -> tuple[Array, Array, Array]:
-        """Of columns (k, rows) beside the shot's own parameters: information (k, k), gradient, power (k,)."""
+        """Of columns (k, rows), the shot's own parameters eliminated: information (k, k), gradient, power (k,)."""
         inside = np.concatenate([columns @ self.own, columns @ self.q], axis=1)
         whole = columns @ columns.T
         gradient = columns @ self.residual - inside[:, self.own.shape[1] :] @ (self.q.T @ self.residual)
         return whole - inside @ inside.T, gradient, np.diag(whole).copy()
 
     def own_step(self, common: Array) -> Array:
-        """Best step of the declared parameters beside a step of the common strengths."""
+        """Best step of the declared parameters given a step of the common strengths."""
         target = self.q.T @ (self.residual - self.columns @ common)
         step = np.zeros(self.free.size)
         step[self.free] = solve_triangular(self.triangle, target) * self.scale
@@ -102,37 +108,50 @@ class LinearisedShot:
         out[:, self.free] = (self.q @ self.triangle) / self.scale
         return out
 
-    def without(self, state: FitState, held: Sequence[int], gone: Array, kept: np.ndarray) -> LinearisedShot:
+    def without(self, state: FitState, held: Sequence[int], removed: Array, kept: np.ndarray) -> LinearisedShot:
         """The shot without some declared parameters (places `held`) and common strengths, as if these were 0.
 
-        state: where it was linearised; gone (common,): strengths that are to become 0; kept bool (common,): those
+        state: where it was linearised; removed (common,): strengths that are to become 0; kept bool (common,): those
         that stay in play.
         """
         base, free = self.base(), self.free.copy()
         free[held] = False
         values = np.array([state.dynamics.values[k - 3] for k in held])
-        residual = self.residual + base[:, held] @ values + self.columns @ gone
-        return LinearisedShot(self.seen, self.own, *_factors(base[:, free]), free, self.columns[:, kept], residual)
+        residual = self.residual + base[:, held] @ values + self.columns @ removed
+        q, triangle, scale = _factors(base[:, free])
+        return replace(
+            self, q=q, triangle=triangle, scale=scale, free=free, columns=self.columns[:, kept], residual=residual
+        )
 
 
-def linearise_shot(started: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array) -> LinearisedShot:
+def linearise_shot(prepared: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array) -> LinearisedShot:
     """One shot at a state of the declared model with the strengths put in.
 
     Raises:
         LostTrajectoryError: the state does not oscillate.
     """
     full = hypothesis.extended(state, strengths)
-    seen = hypothesis.through(linearise_signal(started, hypothesis.augmented, full), strengths)
-    shared = hypothesis.shared_columns(seen)
-    base, torques = hypothesis.torque_rows(state, strengths, seen.base)
+    linearisation = hypothesis.through(linearise_signal(prepared, hypothesis.augmented, full), strengths)
+    shared = hypothesis.shared_columns(linearisation)
+    base, torques = hypothesis.torque_rows(state, strengths, linearisation.base)
     columns, base = np.concatenate([torques, shared]).T, base.T
-    residual = seen.whitened - hypothesis.additive_part(strengths, shared)
+    residual = linearisation.whitened - hypothesis.additive_part(strengths, shared)
     free = hypothesis.free(base.shape[1])
     base = base[:, free]
-    own = _orthonormal(hypothesis.own_columns(seen).T)
+    own = _orthonormal(hypothesis.own_columns(linearisation).T)
     if own.shape[1]:
         base, columns, residual = (x - own @ (own.T @ x) for x in (base, columns, residual))
-    return LinearisedShot(seen.without_jacobian(), own, *_factors(base), free, columns, residual)
+    q, triangle, scale = _factors(base)
+    return LinearisedShot(
+        linearisation=linearisation.without_jacobian(),
+        own=own,
+        q=q,
+        triangle=triangle,
+        scale=scale,
+        free=free,
+        columns=columns,
+        residual=residual,
+    )
 
 
 def _factors(base: Array) -> tuple[Array, Array, Array]:
@@ -150,11 +169,11 @@ def _orthonormal(columns: Array) -> Array:
     norm = np.linalg.norm(columns, axis=0)
     q, triangle, _ = qr(columns / np.where(norm > 0.0, norm, 1.0), mode="economic", pivoting=True)
     size = np.abs(np.diag(triangle))
-    return np.asarray(q[:, size > _NOTHING * max(size[0], _NOTHING)])
+    return np.asarray(q[:, size > _LIMITS.dependent_share * max(size[0], _LIMITS.dependent_share)])
 
 
 def common_information(shots: Iterable[LinearisedShot], size: int) -> tuple[Array, Array]:
-    """Matrix (size, size) and gradient of the common strengths beside everything that the shots have for themselves."""
+    """Information (size, size) and gradient of the common strengths, the shots' own parameters eliminated."""
     matrix, gradient = np.zeros((size, size)), np.zeros(size)
     for a in shots:
         rest = a.columns - a.q @ (a.q.T @ a.columns)

@@ -9,27 +9,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import (
-    Estimate,
-    FitResult,
-    LostTrajectoryError,
-    NormalEquations,
-    PublicParameters,
-    RingDownRecord,
-    fit_ring_down,
-    propagate_to_public,
-)
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.least_squares.gauss_newton import NormalEquations
+from platform_daemon.estimation.least_squares.public_parameters import PublicParameters, propagate_to_public
+from platform_daemon.estimation.parameters import Estimate
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.result import FitResult
 
 from .information import inverse
 from .joint_fit import JointFit
-from .prediction import beside_motion, own_sizes, window_of
+from .prediction import non_torque_signal, own_sizes, window_of
 
+_LIMITS = THRESHOLDS.regression
 _ANGLES = {"psi_start_rad"}
 Parameters = Mapping[str, Estimate]
-_PAIRED = 4  # shots from which the scatter itself is the standard error
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Mean:
     """Mean over the shots, its standard deviation, and the scatter between shots.
 
@@ -68,7 +66,14 @@ def public_parameters(at: JointFit, k: int, *, common: bool = True) -> PublicPar
     matrix = np.zeros((state.size, state.size))
     matrix[np.ix_(mask, mask)] = inverse(whole[np.ix_(mask, mask)])
     nothing = np.zeros(state.offsets.size)
-    normal = NormalEquations(0.0, nothing, nothing, np.zeros(state.size), matrix, 0)
+    normal = NormalEquations(
+        chi2=0.0,
+        chi2_by_channel=nothing,
+        squares_by_channel=nothing,
+        gradient=np.zeros(state.size),
+        matrix=matrix,
+        samples=0,
+    )
     return propagate_to_public(at.hypothesis.augmented, state, normal, mask)
 
 
@@ -89,8 +94,8 @@ def means(at: JointFit) -> dict[str, Mean]:
 def widened(found: Mapping[str, Mean], alike: Sequence[tuple[Mapping[str, Mean], float]]) -> dict[str, Mean]:
     """Parameters with standard deviations that span what other explanations would make of them.
 
-    alike: of every explanation that cannot be told apart, its parameters and the rise of chi^2 that it costs: it lies
-    the root of this rise away, as on a profile of the likelihood.
+    alike: parameters of every explanation that cannot be excluded, and its rise of chi^2: it is the root of this rise
+    in standard deviations away, as on a profile of the likelihood.
     """
     out = {}
     for name, m in found.items():
@@ -117,7 +122,7 @@ def _mean(name: str, rows: Sequence[Parameters], alone: Sequence[Parameters]) ->
     mean = centre + float(values.mean())
     scatter = float(values.std(ddof=1)) if values.size > 1 else None
     mean = mean % (2.0 * math.pi) if name in _ANGLES else mean
-    return Mean(mean, math.hypot(float(np.sqrt(np.sum(own**2))) / values.size, common), scatter)
+    return Mean(value=mean, std=math.hypot(float(np.sqrt(np.sum(own**2))) / values.size, common), scatter=scatter)
 
 
 def window_disagreement(at: JointFit, pool: Executor) -> dict[str, float]:
@@ -125,7 +130,7 @@ def window_disagreement(at: JointFit, pool: Executor) -> dict[str, float]:
 
     Empty where a window cannot be fitted (an angle, a record too short).
     """
-    pairs = list(pool.map(lambda k: _both(at, k), range(len(at.started))))
+    pairs = list(pool.map(lambda k: _both(at, k), range(len(at.prepared))))
     good = [p for p in pairs if p is not None]
     if not good:
         return {}
@@ -136,11 +141,11 @@ def window_disagreement(at: JointFit, pool: Executor) -> dict[str, float]:
 
 
 def _both(at: JointFit, k: int) -> tuple[FitResult, FitResult] | None:
-    started, hypothesis = at.started[k], at.hypothesis
-    if started.shot.record.quantity == "angle":
+    prepared, hypothesis = at.prepared[k], at.hypothesis
+    if prepared.shot.record.quantity == "angle":
         return None
     record, fixed = clean_record(at, k), held_strengths(at, k)
-    model, noise = hypothesis.augmented, started.shot.noise
+    model, noise = hypothesis.augmented, prepared.shot.noise
     try:
         short = fit_ring_down(record, model, "n50", noise=noise, fixed=fixed)
         long = fit_ring_down(record, model, "d30", noise=noise, fixed=fixed)
@@ -162,20 +167,20 @@ def held_strengths(at: JointFit, k: int) -> dict[str, float]:
 
 def clean_record(at: JointFit, k: int) -> RingDownRecord:
     """The record of a shot without receiver and additive effects."""
-    return replace(at.started[k].shot.record, samples=_clean(at, k))
+    return replace(at.prepared[k].shot.record, samples=_clean(at, k))
 
 
 def _clean(at: JointFit, k: int) -> np.ndarray:
     """Samples of a shot without receiver and additive effects; beyond the window as they were."""
-    started, hypothesis = at.started[k], at.hypothesis
-    samples = started.shot.record.samples
+    prepared, hypothesis = at.prepared[k], at.hypothesis
+    samples = prepared.shot.record.samples
     if not (hypothesis.receivers or any(c.additive for c in hypothesis.effects)):
         return samples
     linear, state = at.linear[k], at.states[k]
     own = own_sizes(hypothesis, linear, at.strengths)
-    first, last = window_of(started)
+    first, last = window_of(prepared)
     out = samples.copy()
-    out[:, first:last] -= beside_motion(started, hypothesis, state, at.strengths, own)
+    out[:, first:last] -= non_torque_signal(prepared, hypothesis, state, at.strengths, own)
     return out
 
 
@@ -184,7 +189,7 @@ def _sigma(name: str, pairs: Sequence[tuple[FitResult, FitResult]]) -> float:
     if name in _ANGLES:
         differences = np.remainder(differences + math.pi, 2.0 * math.pi) - math.pi
     k = differences.size
-    if k >= _PAIRED:
+    if k >= _LIMITS.paired_shots:
         error = float(differences.std(ddof=1)) / math.sqrt(k)
     else:
         variances = [(s.parameters[name].std or 0.0) ** 2 - (d.parameters[name].std or 0.0) ** 2 for s, d in pairs]

@@ -15,12 +15,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import DIPOLE, STATE, Array, FitState, RingDownModel, Workspace, acceleration, kernel
+from platform_daemon.diagnosis.shots.shot import PreparedShot, SampleGrid
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.moments.workspace import Workspace
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.jit import kernel
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.torques.dispatch import acceleration
+from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE, STATE
 
-from ..shots.shot import PreparedShot, SampleGrid
-
+_LIMITS = THRESHOLDS.regression
 Forces = Callable[[Array, Array], Array]
-_STEP = 0.04  # rad at most, of dimensionless time: the error of the phase grows with its fourth power
 
 
 @dataclass(frozen=True)
@@ -38,13 +44,13 @@ class SampledMotion:
     @property
     def phase(self) -> Array:
         """0 at a turning point on the positive side, growing, (m,); the harmonics of the signal follow it."""
-        amplitude = np.maximum(self.amplitude, 1e-12)
+        amplitude = np.maximum(self.amplitude, _LIMITS.least_amplitude_rad)
         return np.arctan2(-self.v / (2.0 * np.sin(0.5 * amplitude)), self.phi / amplitude)
 
 
-def sample_motion(started: PreparedShot, model: RingDownModel, state: FitState) -> SampledMotion:
+def sample_motion(prepared: PreparedShot, model: RingDownModel, state: FitState) -> SampledMotion:
     """The motion at the instants.  Raises LostTrajectoryError."""
-    pieces = [_piece(started, model, state, g, 1) for g in started.grids]
+    pieces = [_piece(prepared, model, state, g, 1) for g in prepared.grids]
     return SampledMotion(np.concatenate([p.phi for p in pieces]), np.concatenate([p.v for p in pieces]))
 
 
@@ -105,7 +111,7 @@ def integrate_responses(phi, v, force, h, split, codes, widths, c, at, dipole, o
     return 0
 
 
-def torque_responses(started: PreparedShot, model: RingDownModel, state: FitState, forces: Forces) -> Array:
+def torque_responses(prepared: PreparedShot, model: RingDownModel, state: FitState, forces: Forces) -> Array:
     """Change of the record's channels per unit of extra torques, (k, channels, m).
 
     forces: (phi (n,), v (n,)) -> torques (k, n) in units of I w^2.
@@ -113,16 +119,16 @@ def torque_responses(started: PreparedShot, model: RingDownModel, state: FitStat
     Raises:
         LostTrajectoryError: the state does not oscillate.
     """
-    d, obs, rate = state.dynamics, state.observation, started.shot.rate_hz
+    d, obs, rate = state.dynamics, state.observation, prepared.shot.rate_hz
     coefficients = d.dimensionless(model)
     at: Array | None = None
     gains = obs.gains(d.w)
     pieces = []
-    for g in started.grids:
+    for g in prepared.grids:
         ds = d.w * g.factor / rate
-        split = 2 * max(1, int(np.ceil(ds / _STEP)))
+        split = 2 * max(1, int(np.ceil(ds / _LIMITS.response_step_rad)))
         # To the first instant of the next grid, one step after the last of this one.
-        moving = _piece(started, model, state, replace(g, last=g.last + 1), split)
+        moving = _piece(prepared, model, state, replace(g, last=g.last + 1), split)
         force = forces(moving.phi, moving.v)
         at = np.zeros((2, force.shape[0])) if at is None else at
         out = np.empty((2, force.shape[0], g.count + 1))
@@ -132,9 +138,11 @@ def torque_responses(started: PreparedShot, model: RingDownModel, state: FitStat
     return np.concatenate(pieces, axis=2)
 
 
-def _piece(started: PreparedShot, model: RingDownModel, state: FitState, grid: SampleGrid, split: int) -> SampledMotion:
+def _piece(
+    prepared: PreparedShot, model: RingDownModel, state: FitState, grid: SampleGrid, split: int
+) -> SampledMotion:
     """The motion at the instants of a grid and at split - 1 places between any two of them."""
     last = split * (grid.last - 1) + 1
-    step = grid.factor / started.shot.rate_hz / split
+    step = grid.factor / prepared.shot.rate_hz / split
     basis = Workspace(model).basis(state.dynamics, split * grid.first, last, step, STATE)
     return SampledMotion(basis[0], basis[1])

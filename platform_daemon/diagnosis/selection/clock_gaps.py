@@ -1,4 +1,4 @@
-"""Samples that clocks have lost are put back: first those that the samples themselves show, then what physics shows."""
+"""Clock gaps that the samples themselves show are filled with samples, without a model of the motion."""
 
 from __future__ import annotations
 
@@ -9,51 +9,47 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import medfilt
 
-from platform_daemon.estimation import (
-    Array,
-    LostTrajectoryError,
-    RingDownModel,
-    estimate_noise,
-    find_half_cycles,
-    find_oscillation,
-    sd_at,
-    turning_points,
-)
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot, PreparedShot
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.noise.coloured import sd_at
+from platform_daemon.estimation.noise.model import estimate_noise
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.physics.trajectory.turning_points import turning_points
+from platform_daemon.estimation.screening.angle_cycles import find_half_cycles
+from platform_daemon.estimation.screening.oscillation import find_oscillation
 
-from ..regression.hypothesis import Hypothesis
-from ..shots.initial_fits import initial_fits
-from ..shots.shot import DiagnosisShot, PreparedShot
 from .data_integrity import DataDefect, likeliest_jump
 from .local_swing import Stretch
 from .phase_steps import PhaseStep, lost_samples
 
-_MOST_PASSES = 3  # a loss may hide another one beside it
-_ANGLE_PERIODS, _DIPOLE_PERIODS = 1.5, 6.0  # half of a window: as long as noise asks for, as short as the swing changes
-_ANGLE_POINTS, _DIPOLE_POINTS = 40, 16  # per period
-_SMOOTHED = 5  # half cycles
+_LIMITS = THRESHOLDS.selection
 
 
 def filled_angles(shots: Sequence[DiagnosisShot], pool: Executor) -> tuple[list[DiagnosisShot], list[DataDefect]]:
-    """Angle records with what they have lost, and where that was; whatever their motion is."""
+    """Angle records with their gaps filled, and these gaps; no model of the motion is needed."""
     results = list(pool.map(lambda pair: _filled(pair[0], pair[1], _frequency_of_angle), enumerate(shots)))
     return [r[0] for r in results], [f for r in results for f in r[1]]
 
 
 def filled_dipoles(
-    started: Sequence[PreparedShot], model: RingDownModel, pool: Executor
+    prepared: Sequence[PreparedShot], model: RingDownModel, pool: Executor
 ) -> tuple[list[PreparedShot], list[DataDefect]]:
-    """Shots of dm/dt with what they have lost, fitted again; only those are searched that seem to have a jump."""
+    """Shots of dm/dt with their gaps filled and fitted again; only shots whose phase seems to jump are searched."""
 
     def one(pair: tuple[int, PreparedShot]) -> tuple[PreparedShot, list[DataDefect]]:
         k, shot = pair
         if not likeliest_jump(shot, Hypothesis(model)):
             return shot, []
         turns = _frequency_of_motion(shot, model)
-        mended, found = _filled(k, shot.shot, lambda _: turns, _DIPOLE_PERIODS, _DIPOLE_POINTS)
+        mended, found = _filled(k, shot.shot, lambda _: turns, _LIMITS.dipole_window_periods, _LIMITS.dipole_points)
         again = initial_fits([mended], model, pool=None)[0] if found else []
         return (again[0], found) if again else (shot, [])
 
-    results = list(pool.map(one, enumerate(started)))
+    results = list(pool.map(one, enumerate(prepared)))
     return [r[0] for r in results], [f for r in results for f in r[1]]
 
 
@@ -64,12 +60,12 @@ def _filled(
     k: int,
     shot: DiagnosisShot,
     frequency: Callable[[DiagnosisShot], Frequency | None],
-    periods: float = _ANGLE_PERIODS,
-    points: int = _ANGLE_POINTS,
+    periods: float = _LIMITS.angle_window_periods,
+    points: int = _LIMITS.angle_points,
 ) -> tuple[DiagnosisShot, list[DataDefect]]:
-    """One shot with what it has lost put back, and where that was."""
+    """One shot with its gaps filled, and these gaps."""
     found: list[DataDefect] = []
-    for _ in range(_MOST_PASSES):
+    for _ in range(_LIMITS.most_gap_passes):
         local = frequency(shot)
         steps = [] if local is None else _losses(shot, local, periods, points)
         if not steps:
@@ -77,25 +73,31 @@ def _filled(
         for step in reversed(steps):
             shot = _with_samples(shot, step)
             where = f"{shot.name}: {step.samples} samples are missing before sample {step.at}"
-            found.append(DataDefect("clock_gap", where, k, step.at, step.size, step.sd, step.log_p))
+            found.append(
+                DataDefect(
+                    id="clock_gap", where=where, shot=k, at=step.at, value=step.size, sd=step.sd, log_p=step.log_p
+                )
+            )
     return shot, found
 
 
 def _losses(shot: DiagnosisShot, local: Frequency, periods: float, points: int) -> list[PhaseStep]:
-    """What a shot has lost, counted from its first sample."""
+    """Gaps of a shot, counted from its first sample."""
     first = shot.record.valid_from
     level = sd_at(shot.noise, np.array([local(0.0) * shot.rate_hz]), shot.rate_hz)[:, 0]
-    seen = shot.record.samples[:, first : shot.record.end]
-    steps = lost_samples(Stretch(seen, level, lambda at: local(at + first), periods, points))
+    samples = shot.record.samples[:, first : shot.record.end]
+    steps = lost_samples(
+        Stretch(samples=samples, sd=level, frequency=lambda at: local(at + first), periods=periods, points=points)
+    )
     return [replace(s, at=s.at + first) for s in steps]
 
 
 def _with_samples(shot: DiagnosisShot, step: PhaseStep) -> DiagnosisShot:
-    """The shot with what is missing put in; as long as before."""
+    """The shot with the missing samples inserted, cut to its former length."""
     y, at = shot.record.samples, step.at
     samples = np.concatenate([y[:, :at], step.filled, y[:, at:]], axis=1)[:, : y.shape[1]]
     record = replace(shot.record, samples=samples)
-    # A step of the phase spreads over the spectrum: noise that was measured beside the signal held some of it.
+    # A step of the phase spreads over the spectrum: noise measured in other bands contains some of it.
     noise = shot.noise if "blank" in shot.noise.source else estimate_noise(record)
     return replace(shot, record=record, noise=noise)
 
@@ -106,28 +108,35 @@ def _frequency_of_angle(shot: DiagnosisShot) -> Frequency | None:
     line = find_oscillation(record)
     if line is None:
         return None
-    seen = record.samples[0, record.valid_from : record.end]
-    cycles = find_half_cycles(seen, record.valid_from, record.dt_s, line.frequency_hz)
-    if cycles is None or cycles.passages_s.size < _SMOOTHED:
+    samples = record.samples[0, record.valid_from : record.end]
+    cycles = find_half_cycles(samples, first=record.valid_from, dt_s=record.dt_s, frequency_hz=line.frequency_hz)
+    if cycles is None or cycles.passages_s.size < _LIMITS.smoothed_half_cycles:
         return None
     return _interpolated(cycles.passages_s, record.sampling_rate_hz)
 
 
-def _frequency_of_motion(started: PreparedShot, model: RingDownModel) -> Frequency | None:
+def _frequency_of_motion(prepared: PreparedShot, model: RingDownModel) -> Frequency | None:
     """Of a fitted motion's turning points."""
-    record = started.shot.record
+    record = prepared.shot.record
     try:
-        times, _ = turning_points(model, started.state.dynamics, record.end * record.dt_s)
+        times, _ = turning_points(model, prepared.state.dynamics, record.end * record.dt_s)
     except LostTrajectoryError:
         return None
-    return _interpolated(np.asarray(times), record.sampling_rate_hz) if len(times) >= _SMOOTHED else None
+    return (
+        _interpolated(np.asarray(times), record.sampling_rate_hz)
+        if len(times) >= _LIMITS.smoothed_half_cycles
+        else None
+    )
 
 
 def _interpolated(passages_s: Array, rate_hz: float) -> Frequency:
-    """Local frequency from instants half a period apart; a loss between two of them is one that stands out."""
+    """Local frequency from instants half a period apart; the median removes the outlier that a gap makes."""
     middle = 0.5 * (passages_s[1:] + passages_s[:-1]) * rate_hz
     local = 0.5 / (np.diff(passages_s) * rate_hz)
-    if local.size >= _SMOOTHED:
-        local = medfilt(local, _SMOOTHED)
-        local[:2], local[-2:] = np.median(local[:_SMOOTHED]), np.median(local[-_SMOOTHED:])
+    if local.size >= _LIMITS.smoothed_half_cycles:
+        local = medfilt(local, _LIMITS.smoothed_half_cycles)
+        local[:2], local[-2:] = (
+            np.median(local[: _LIMITS.smoothed_half_cycles]),
+            np.median(local[-_LIMITS.smoothed_half_cycles :]),
+        )
     return lambda at: float(np.interp(at, middle, local))

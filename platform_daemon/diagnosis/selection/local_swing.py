@@ -10,17 +10,13 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from platform_daemon.estimation import Array
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
 
-_HARMONICS = (1, 2, 3, 4)
-_DEGREES = 3  # of the change of every harmonic within a window
-_FINE = 160  # points per period, for the size of a step
-_SHIFTS = 24  # per period, at which the size of a step is tried first
-_SHARED = 1e-13
-_AS_GOOD = 25.0  # above the least chi^2 per value
+_LIMITS = THRESHOLDS.selection
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Stretch:
     """Samples to be searched.
 
@@ -35,11 +31,11 @@ class Stretch:
     sd: Array
     frequency: Callable[[float], float]
     periods: float
-    points: int = 40
+    points: int
 
 
 def block_means(samples: Array, block: int) -> Array:
-    """Means of so many neighbours each, (channels, points), of samples (channels, n)."""
+    """Means of `block` neighbours each, (channels, points), of samples (channels, n)."""
     n = samples.shape[1] // block
     return np.asarray(samples[:, : n * block].reshape(samples.shape[0], n, block).mean(axis=2))
 
@@ -49,18 +45,18 @@ def waves(time: Array, frequency: float, scale: float) -> tuple[Array, Array]:
     x = time / scale
     turn = 2.0 * math.pi * frequency
     rows, slopes = [], []
-    for degree in range(_DEGREES):
+    for degree in range(_LIMITS.swing_degrees):
         slow, change = x**degree, (degree * x ** max(degree - 1, 0) if degree else np.zeros_like(x)) / scale
         rows.append(slow)
         slopes.append(change)
-        for h in _HARMONICS:
+        for h in _LIMITS.swing_harmonics:
             c, s = np.cos(h * turn * time), np.sin(h * turn * time)
             rows += [slow * c, slow * s]
             slopes += [change * c - slow * h * turn * s, change * s + slow * h * turn * c]
     return np.stack(rows), np.stack(slopes)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Window:
     """Samples (channels, n) in units of their noise, their times from the window's centre, and its local frequency."""
 
@@ -71,19 +67,26 @@ class Window:
 
     def split(self, at: int) -> Blocks:
         """Means of neighbours, none of which lie on both sides of a sample."""
-        block = max(1, int(1.0 / (self.frequency * _FINE)))
+        block = max(1, int(1.0 / (self.frequency * _LIMITS.fine_points)))
         early, late = self.y[:, at % block : at], self.y[:, at:]
         parts = [(at % block, early), (at, late)]
         means = [block_means(part, block) * math.sqrt(block) for _, part in parts]
         starts = [begin + np.arange(m.shape[1]) * block for (begin, _), m in zip(parts, means, strict=True)]
         time = self.time[0] + np.concatenate(starts) + 0.5 * (block - 1)
         after = np.concatenate([np.full(m.shape[1], k, dtype=bool) for k, m in enumerate(means)])
-        return Blocks(np.concatenate(means, axis=1), time, after, math.sqrt(block), self.frequency, self.half)
+        return Blocks(
+            y=np.concatenate(means, axis=1),
+            time=time,
+            after=after,
+            weight=math.sqrt(block),
+            frequency=self.frequency,
+            half=self.half,
+        )
 
     def place(self, at: int, size: float) -> int:
         """The first sample behind the loss: before it the swing is on time, from it on it is late."""
         inside, _ = self.split(at).fitted(size)
-        reach = round(0.25 / self.frequency)
+        reach = round(_LIMITS.place_reach_periods / self.frequency)
         first, last = max(0, at - reach), min(self.time.size, at + reach)
         there = self.time[first:last]
         early = self.y[:, first:last] - inside @ waves(there, self.frequency, self.half)[0]
@@ -93,7 +96,7 @@ class Window:
         return first + int(np.argmin(before + after[-1] - after))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Blocks:
     """Means (channels, points) in units of their noise, `weight` times the waves; bool (points,): behind the loss."""
 
@@ -113,7 +116,7 @@ class Blocks:
         return (early @ early.T, early @ before.T, late @ late.T, late @ behind.T), float(np.sum(self.y**2))
 
     def fitted(self, size: float) -> tuple[Array, float]:
-        """Sizes of the waves (channels, columns) with so many samples lost, and chi^2.
+        """Sizes of the waves (channels, columns) for `size` lost samples, and chi^2.
 
         Waves at later times are the same waves, turned and mixed: the samples are summed over once for all sizes.
         """
@@ -121,16 +124,18 @@ class Blocks:
         later = _later(size, self.frequency, self.half)
         square, along = early + later @ late @ later.T, before + later @ behind
         # At few samples per period high harmonics look like low ones: the weight on the diagonal shares between them.
-        inside = np.linalg.solve(square + _SHARED * np.trace(square) / len(square) * np.eye(len(square)), along)
+        inside = np.linalg.solve(
+            square + _LIMITS.ridge_share * np.trace(square) / len(square) * np.eye(len(square)), along
+        )
         chi2 = power - 2.0 * float(np.sum(inside * along)) + float(np.sum(inside * (square @ inside)))
         return np.asarray(inside.T), max(chi2, 0.0)
 
     def chi2(self, size: float) -> float:
-        """With so many samples lost."""
+        """chi^2 for `size` lost samples."""
         return self.fitted(size)[1]
 
     def kicked(self) -> float:
-        """chi^2 with a swing on top that begins behind the place, at rest until then: a blow."""
+        """chi^2 with a free oscillation in addition that starts at the place: a kick."""
         since = np.where(self.after, self.time - self.time[self.after][0], 0.0)
         turn = 2.0 * math.pi * self.frequency
         more = np.stack([np.sin(turn * since), (1.0 - np.cos(turn * since)) * self.after])
@@ -139,18 +144,20 @@ class Blocks:
 
     def sizes(self) -> list[float]:
         """Losses of up to two periods that explain about as well as the best does, smallest first."""
-        tried = np.arange(2 * _SHIFTS + 1) / (self.frequency * _SHIFTS)
+        tried = np.arange(2 * _LIMITS.tried_losses + 1) / (self.frequency * _LIMITS.tried_losses)
         found = [self.chi2(float(s)) for s in tried]
         lowest = [k for k in range(len(found)) if found[k] == min(found[max(0, k - 1) : k + 2])]
         polished = [(self.chi2(s), s) for s in (self.polished(float(tried[k])) for k in lowest)]
         least = min(polished)[0]
-        return [s for chi2, s in polished if chi2 <= least * (1.0 + _AS_GOOD / self.y.size)]
+        return [s for chi2, s in polished if chi2 <= least * (1.0 + _LIMITS.as_good_chi2 / self.y.size)]
 
     def polished(self, around: float) -> float:
         """A loss near one, not necessarily whole, that explains best."""
-        width = 1.0 / (self.frequency * _SHIFTS)
+        width = 1.0 / (self.frequency * _LIMITS.tried_losses)
         bounds = (max(around - width, 0.0), around + width)
-        return float(minimize_scalar(self.chi2, bounds=bounds, method="bounded", options={"xatol": 1e-3}).x)
+        return float(
+            minimize_scalar(self.chi2, bounds=bounds, method="bounded", options={"xatol": _LIMITS.loss_tolerance}).x
+        )
 
 
 def window(stretch: Stretch, near: int, periods: float) -> tuple[Window, int]:
@@ -159,23 +166,26 @@ def window(stretch: Stretch, near: int, periods: float) -> tuple[Window, int]:
     half = round(periods / frequency)
     first, last = max(0, near - half), min(stretch.samples.shape[1], near + half)
     y = stretch.samples[:, first:last] / stretch.sd[:, None]
-    return Window(y, np.arange(last - first) - float(near - first), frequency, float(half)), first
+    return Window(y=y, time=np.arange(last - first) - float(near - first), frequency=frequency, half=float(half)), first
 
 
 def _later(size: float, frequency: float, scale: float) -> Array:
     """(columns, columns): waves(time + size) from waves(time)."""
     shift = size / scale
     slow = np.array(
-        [[math.comb(d, k) * shift ** (d - k) if k <= d else 0.0 for k in range(_DEGREES)] for d in range(_DEGREES)]
+        [
+            [math.comb(d, k) * shift ** (d - k) if k <= d else 0.0 for k in range(_LIMITS.swing_degrees)]
+            for d in range(_LIMITS.swing_degrees)
+        ]
     )
-    turned = np.eye(2 * len(_HARMONICS) + 1)
-    for k, h in enumerate(_HARMONICS):
+    turned = np.eye(2 * len(_LIMITS.swing_harmonics) + 1)
+    for k, h in enumerate(_LIMITS.swing_harmonics):
         c, s = math.cos(2.0 * math.pi * h * frequency * size), math.sin(2.0 * math.pi * h * frequency * size)
         turned[2 * k + 1 : 2 * k + 3, 2 * k + 1 : 2 * k + 3] = [[c, -s], [s, c]]
-    n = _DEGREES * len(turned)
+    n = _LIMITS.swing_degrees * len(turned)
     return (slow[:, None, :, None] * turned[None, :, None, :]).reshape(n, n)
 
 
 def _sizes(rows: Array, y: Array) -> Array:
     """Least squares by normal equations: columns are of one size, and there are many rows."""
-    return np.asarray(np.linalg.lstsq(rows @ rows.T, rows @ y.T, rcond=1e-12)[0].T)
+    return np.asarray(np.linalg.lstsq(rows @ rows.T, rows @ y.T, rcond=_LIMITS.wave_rank)[0].T)

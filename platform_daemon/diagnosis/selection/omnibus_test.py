@@ -1,6 +1,6 @@
-"""Everything that may be missing and has no name: any smooth torque, any slow change of any harmonic.
+"""Omnibus tests for a missing effect without a name: any smooth torque, any slow change of any harmonic.
 
-Their columns only ask whether something is left; a torque estimated from them is shown to the user as a picture.
+The tests only show whether something is missing; the torque estimated from them is drawn as a map.
 """
 
 from __future__ import annotations
@@ -15,25 +15,23 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.stats import chi2 as chi2_distribution
 
-from platform_daemon.estimation import Array, LostTrajectoryError
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.information import solved
+from platform_daemon.diagnosis.regression.joint_fit import JointFit, starting_strengths
+from platform_daemon.diagnosis.regression.linearised_shot import LinearisedShot
+from platform_daemon.diagnosis.regression.torque_response import sample_motion, torque_responses
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
-from ..regression.hypothesis import Hypothesis
-from ..regression.information import solved
-from ..regression.joint_fit import JointFit, starting_strengths
-from ..regression.linearised_shot import LinearisedShot
-from ..regression.torque_response import sample_motion, torque_responses
-
-_HIGHEST_POWER = 5  # of phi and v together
-_HARMONICS = 4
-_DEGREES = 3  # Legendre polynomials of time
-_RESOLVED = 1e-7  # share of a direction's power that must survive the projection
+_LIMITS = THRESHOLDS.selection
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class OmnibusScore:
     """What a block of columns would gain: fall of chi^2 over the noise factor, and the number of its directions.
 
-    information, gradient: of its columns beside everything that is fitted; power: of the columns as they are.
+    information, gradient: of its columns, fitted parameters eliminated; power: of the columns as they are.
     """
 
     gain: float
@@ -74,7 +72,7 @@ class OmnibusTest:
 
 def powers() -> list[tuple[int, int]]:
     """Powers (i, j) of phi and v in the smooth torque; a constant too."""
-    return [(i, n - i) for n in range(_HIGHEST_POWER + 1) for i in range(n, -1, -1)]
+    return [(i, n - i) for n in range(_LIMITS.polynomial_degree + 1) for i in range(n, -1, -1)]
 
 
 def monomials(phi: Array, v: Array, scale: tuple[float, float]) -> Array:
@@ -86,11 +84,11 @@ def monomials(phi: Array, v: Array, scale: tuple[float, float]) -> Array:
 
 def _powers_of(z: Array) -> list[Array]:
     """z to the powers 0 to the highest; ten times faster than one by one."""
-    return list(itertools.accumulate([z] * _HIGHEST_POWER, np.multiply, initial=np.ones_like(z)))
+    return list(itertools.accumulate([z] * _LIMITS.polynomial_degree, np.multiply, initial=np.ones_like(z)))
 
 
 def omnibus_test(at: JointFit, pool: Executor) -> OmnibusTest:
-    """What is left of all shots beside what is fitted."""
+    """Test of the residuals of all shots."""
     amplitude = max(abs(s.dynamics.amplitude) for s in at.states)
     scale = amplitude, 2.0 * math.sin(0.5 * amplitude)
     parts = list(pool.map(lambda k: _one(at, k, scale), range(len(at.linear))))
@@ -104,28 +102,28 @@ _Part = tuple[Array, Array, Array]
 
 def _one(at: JointFit, k: int, scale: tuple[float, float]) -> tuple[_Part, _Part]:
     """(information, gradient, power) of the smooth torque and of the envelopes in one shot."""
-    started, linear = at.started[k], at.linear[k]
+    prepared, linear = at.prepared[k], at.linear[k]
     # Torques that depend on time have no tables; they change the motion too little to matter here.
     still = tuple(c for c in at.hypothesis.torques if c.term is not None and not c.term.timed)
     hypothesis = Hypothesis(at.hypothesis.model, still)
     model, state = hypothesis.augmented, hypothesis.extended(at.states[k], starting_strengths(at, hypothesis))
     try:
-        answers = torque_responses(started, model, state, lambda phi, v: monomials(phi, v, scale))
-        torque = started.white(answers)
+        answers = torque_responses(prepared, model, state, lambda phi, v: monomials(phi, v, scale))
+        torque = prepared.white(answers)
     except LostTrajectoryError:
         torque = np.zeros((len(powers()), linear.residual.size))
-    phase = sample_motion(started, model, state).phase
-    envelopes = started.white(_envelopes(phase, started.time_s, linear))
+    phase = sample_motion(prepared, model, state).phase
+    envelopes = prepared.white(_envelopes(phase, prepared.time_s, linear))
     accepted = linear.columns.T
     return linear.projected(np.concatenate([accepted, torque])), linear.projected(np.concatenate([accepted, envelopes]))
 
 
 def _envelopes(phase: Array, time_s: Array, linear: LinearisedShot) -> Array:
     """Harmonics of the motion with slowly changing sizes in every channel, (k, channels, m)."""
-    channels = linear.seen.residual.shape[0]
+    channels = linear.linearisation.residual.shape[0]
     place = 2.0 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1.0
-    slow = legendre.legvander(place, _DEGREES - 1).T
-    waves = [w for h in range(1, _HARMONICS + 1) for w in (np.cos(h * phase), np.sin(h * phase))]
+    slow = legendre.legvander(place, _LIMITS.envelope_degrees - 1).T
+    waves = [w for h in range(1, _LIMITS.envelope_harmonics + 1) for w in (np.cos(h * phase), np.sin(h * phase))]
     rows = np.stack([s * w for s in slow for w in waves])
     out = np.zeros((channels * rows.shape[0], channels, time_s.size))
     for c in range(channels):
@@ -134,7 +132,7 @@ def _envelopes(phase: Array, time_s: Array, linear: LinearisedShot) -> Array:
 
 
 def _gained(at: JointFit, parts: Sequence[_Part]) -> OmnibusScore:
-    """All shots together, beside the common strengths."""
+    """Sum over all shots, the common strengths eliminated."""
     information, gradient, power = (sum(x[1:], start=x[0]) for x in zip(*parts, strict=True))
     q = at.hypothesis.size
     if q:
@@ -144,7 +142,9 @@ def _gained(at: JointFit, parts: Sequence[_Part]) -> OmnibusScore:
         power = power[q:]
     scale = 1.0 / np.sqrt(np.maximum(power, 1e-300))
     values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
-    visible = values > _RESOLVED
+    visible = values > _LIMITS.direction_share
     along = vectors[:, visible].T @ (gradient * scale)
     gain = float(np.sum(along**2 / values[visible])) / at.noise_factor
-    return OmnibusScore(gain, int(visible.sum()), information, gradient, power)
+    return OmnibusScore(
+        gain=gain, directions=int(visible.sum()), information=information, gradient=gradient, power=power
+    )

@@ -1,8 +1,8 @@
-"""Samples that a clock has lost, seen in the samples themselves: the swing goes on, but later than it should.
+"""Clock gaps in the samples themselves: the swing continues, but later than it should.
 
 In windows of few periods any swing is a sum of harmonics of slowly changing size, whatever its torques are. Where
 samples are missing, what comes after is the same sum a whole number of samples later. A torque bends the phase slowly;
-a kick turns it too, but leaves the angle where it was. So no model of the motion is asked, and none is misled.
+a kick turns it too, but leaves the angle where it was. No model of the motion is needed.
 """
 
 from __future__ import annotations
@@ -14,30 +14,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from platform_daemon.estimation import Array
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
 
 from .local_swing import Blocks, Stretch, Window, block_means, waves, window
 from .significance import log_chance
 
-_ALIKE = 0.005  # frequencies for which one set of waves serves
-_SURE = -30.0  # logarithm of the chance of a step anywhere in a record without one
-_EXPLAINED = 0.7  # share of the misfit of its window that a step must explain
-_WHOLE = 0.1  # of a sample, by which its size may miss a whole number
-_SEEN = 6.0  # standard deviations of the size of a loss
-_SCALES = (1.0, 0.5)  # of a window
-_MARGIN = 0.3  # periods on either side that must be seen
-_BESIDE = (-0.12, -0.06, -0.02, 0.0, 0.02, 0.06, 0.12)  # of a period
-_MOST_MOVES = 4  # of the place of a step
-_LOOKED_AT = 6  # windows of either kind
-_AT_ONCE = 64  # windows in memory
-_FOLLOWED = 1.5  # chi^2 per value of waves that follow the swing
-_OUT = 5.0  # times the misfit of a neighbour
-_ODD = 20.0  # times the usual misfit
-_UNSEEN = 1e-9  # share of a column beside the waves that rounding leaves
-_KICK = 25.0  # by which the fall of chi^2 must exceed that by a kick
+_LIMITS = THRESHOLDS.selection
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PhaseStep:
     """Lost samples.
 
@@ -60,7 +46,7 @@ def lost_samples(stretch: Stretch) -> list[PhaseStep]:
     block = max(1, int(1.0 / (stretch.frequency(0.0) * stretch.points)))
     means = block_means(stretch.samples, block) / stretch.sd[:, None] * math.sqrt(block)
     suspects: dict[int, float] = {}
-    for share in _SCALES:
+    for share in _LIMITS.window_shares:
         windows = _scan(replace(stretch, periods=share * stretch.periods), means, block)
         suspects |= dict(_suspect(windows, means.shape[1], block * stretch.points))
     found: list[PhaseStep] = []
@@ -83,25 +69,25 @@ class _Scanned:
 
 
 def _suspect(windows: Sequence[_Scanned], count: int, apart: int) -> Iterator[tuple[int, float]]:
-    """(instant, logarithm of the chance) of what is worth a closer look, the likeliest of those near each other.
+    """(instant, logarithm of the chance) of suspects, one for each group of neighbours.
 
     A step by a good part of a period is none to first order: there the window as a whole is far from its like.
     """
     usual = float(np.median([w.misfit for w in windows])) if windows else 0.0
-    sure = [w for w in windows if log_chance(w.gain, 1, float(count)) < _SURE]
-    odd = [w for w in windows if w.misfit > _ODD * max(usual, 1.0)]
-    for at in _middles([w.at for w in odd], apart)[:_LOOKED_AT]:
-        yield at, _SURE
+    sure = [w for w in windows if log_chance(w.gain, 1, float(count)) < _LIMITS.step_log_p]
+    odd = [w for w in windows if w.misfit > _LIMITS.odd_ratio * max(usual, 1.0)]
+    for at in _middles([w.at for w in odd], apart)[: _LIMITS.suspect_windows]:
+        yield at, _LIMITS.step_log_p
     for some, size in ((odd, lambda w: w.misfit), (sure, lambda w: w.gain)):
         taken: list[int] = []
         for w in sorted(some, key=size, reverse=True):
-            if len(taken) < _LOOKED_AT and all(abs(w.at - t) > apart for t in taken):
+            if len(taken) < _LIMITS.suspect_windows and all(abs(w.at - t) > apart for t in taken):
                 taken.append(w.at)
-                yield w.at, min(_SURE, log_chance(w.gain, 1, float(count)))
+                yield w.at, min(_LIMITS.step_log_p, log_chance(w.gain, 1, float(count)))
 
 
 def _middles(places: Sequence[int], apart: int) -> list[int]:
-    """Of runs of places that lie near each other: a loss stands in every window that holds it."""
+    """Middles of runs of neighbouring places: a gap shows in every window that contains it."""
     runs: list[list[int]] = []
     for at in sorted(places):
         if runs and at - runs[-1][-1] < apart:
@@ -116,14 +102,15 @@ def _scan(stretch: Stretch, means: Array, block: int) -> list[_Scanned]:
     found: list[_Scanned] = []
     for (frequency, points, place), firsts in _windows(stretch, means.shape[1], block).items():
         time = np.arange(points, dtype=np.float64) - 0.5 * points
-        rows, slopes = waves(time, math.exp(_ALIKE * frequency), 0.5 * points)
+        rows, slopes = waves(time, math.exp(_LIMITS.alike_frequency_share * frequency), 0.5 * points)
         q = np.linalg.qr(rows.T)[0]
         # Derivatives of a window's fit, from its part within the waves.
         moved = np.linalg.lstsq(rows.T, q, rcond=None)[0].T @ slopes
-        places = range(max(place, 4), min(place + _step(stretch), points - 4))
+        edge = _LIMITS.edge_points
+        places = range(max(place, edge), min(place + _step(stretch), points - edge))
         if places:
-            for k in range(0, len(firsts), _AT_ONCE):
-                some = firsts[k : k + _AT_ONCE]
+            for k in range(0, len(firsts), _LIMITS.windows_in_memory):
+                some = firsts[k : k + _LIMITS.windows_in_memory]
                 y = np.stack([means[:, first : first + points] for first in some])
                 gains, best, misfits = _best_in(y, q, moved, places)
                 found += [
@@ -135,7 +122,7 @@ def _scan(stretch: Stretch, means: Array, block: int) -> list[_Scanned]:
 
 def _step(stretch: Stretch) -> int:
     """From window to window, in points."""
-    return max(1, int(stretch.points * stretch.periods) // 6)
+    return max(1, int(stretch.points * stretch.periods) // _LIMITS.windows_per_width)
 
 
 def _windows(stretch: Stretch, count: int, block: int) -> dict[tuple[int, int, int], list[int]]:
@@ -146,7 +133,7 @@ def _windows(stretch: Stretch, count: int, block: int) -> dict[tuple[int, int, i
         half = round(stretch.periods / frequency)
         first, last = max(0, centre - half), min(count, centre + half)
         if last - first > half:
-            key = round(math.log(frequency) / _ALIKE), last - first, centre - first
+            key = round(math.log(frequency) / _LIMITS.alike_frequency_share), last - first, centre - first
             found.setdefault(key, []).append(first)
     return found
 
@@ -166,12 +153,12 @@ def _best_in(y: Array, q: Array, slopes: Array, places: range) -> tuple[Array, A
     whole = _from((between**2).sum(axis=1), (late**2).sum(axis=(1, 2)))
     inner = np.moveaxis(between[..., None] * q[places.start : places.stop], 2, 1)
     within = _from(inner, late @ q[places.stop :])
-    power = np.maximum(whole - np.einsum("wkcq,wkcq->wk", within, within), _UNSEEN * whole + 1e-300)
+    power = np.maximum(whole - np.einsum("wkcq,wkcq->wk", within, within), _LIMITS.unseen_share * whole + 1e-300)
     fall = along**2 / power
     best = np.argmax(fall, axis=1)
     misfit = np.sum(left**2, axis=(1, 2)) / max(left[0].size - y.shape[1] * q.shape[1], 1)
     gain = fall[np.arange(y.shape[0]), best]
-    for w in np.flatnonzero(gain > -_SURE):  # less is by chance, and most windows hold no more
+    for w in np.flatnonzero(gain > -_LIMITS.step_log_p):  # less is by chance, and most windows hold no more
         at = best[w]
         column = np.where(np.arange(y.shape[2]) >= places[at], slope[w], 0.0) - within[w, at] @ q.T
         gain[w] /= max(_variance(left[w] - (along[w, at] / power[w, at]) * column, q.shape[1]), 1.0)
@@ -186,7 +173,7 @@ def _from(values: Array, rest: Array) -> Array:
 def _variance(rest: Array, fitted: int) -> float:
     """Of white noise that would be worth as little as this residual (channels, points), whose values go together."""
     n = rest.shape[1]
-    lags = irfft(np.sum(np.abs(rfft(rest, 2 * n, axis=1)) ** 2, axis=0), 2 * n)[: n // 4]
+    lags = irfft(np.sum(np.abs(rfft(rest, 2 * n, axis=1)) ** 2, axis=0), 2 * n)[: n // _LIMITS.lag_share]
     together = 2.0 * float(np.sum((lags / max(lags[0], 1e-300)) ** 2)) - 1.0
     return float(lags[0]) / (rest.shape[0] * max(n - fitted, 1)) * max(1.0, together - 0.5)
 
@@ -194,14 +181,14 @@ def _variance(rest: Array, fitted: int) -> float:
 def _measured(stretch: Stretch, near: int) -> PhaseStep | None:
     """The step near a sample, at every sample; None if it is none of whole samples, or a kick explains as much.
 
-    A long window tells how many are lost (a short one hardly tells a loss from one that is a period longer), a short
-    one where: there the waves follow any swing.
+    The size comes from a long window, since a short one hardly excludes a gap that is a period longer; the place comes
+    from a short one, where the waves follow any swing.
     """
-    at = _begun(stretch, near)
-    for _ in range(_MOST_MOVES):
+    at = _first_place(stretch, near)
+    for _ in range(_LIMITS.most_step_moves):
         wide, begin = window(stretch, at, stretch.periods)
-        seen, first = window(stretch, at, _SCALES[-1] * stretch.periods)
-        margin = _MARGIN / seen.frequency
+        seen, first = window(stretch, at, _LIMITS.window_shares[-1] * stretch.periods)
+        margin = _LIMITS.step_margin_periods / seen.frequency
         if not margin < at - first < seen.time.size - margin:
             return None
         size = _size(wide.split(at - begin), seen.split(at - first))
@@ -212,7 +199,7 @@ def _measured(stretch: Stretch, near: int) -> PhaseStep | None:
     if not _stands_out(stretch, at):
         return None
     far = wide.split(at - begin)
-    if far.chi2(far.polished(size)) < _FOLLOWED * far.y.size:
+    if far.chi2(far.polished(size)) < _LIMITS.followed_chi2_per_value * far.y.size:
         return _judged(far, far.polished(size), wide.time[at - begin], stretch.sd, at)
     parts = seen.split(at - first)
     return _judged(parts, parts.polished(size), seen.time[at - first], stretch.sd, at)
@@ -220,14 +207,14 @@ def _measured(stretch: Stretch, near: int) -> PhaseStep | None:
 
 def _stands_out(stretch: Stretch, at: int) -> bool:
     """The misfit of the window is far above that of its neighbours: a second mode is all along, a loss is not."""
-    seen, first = window(stretch, at, _SCALES[-1] * stretch.periods)
+    seen, first = window(stretch, at, _LIMITS.window_shares[-1] * stretch.periods)
     here, width = _misfit(seen, at - first), seen.time.size
-    beside = []
+    neighbours = []
     for place in (at - width, at + width):
         if 0.5 * width < place < stretch.samples.shape[1] - 0.5 * width:
-            other, begin = window(stretch, place, _SCALES[-1] * stretch.periods)
-            beside.append(_misfit(other, place - begin))
-    return not beside or here > _OUT * min(beside)
+            other, begin = window(stretch, place, _LIMITS.window_shares[-1] * stretch.periods)
+            neighbours.append(_misfit(other, place - begin))
+    return not neighbours or here > _LIMITS.neighbour_ratio * min(neighbours)
 
 
 def _misfit(seen: Window, at: int) -> float:
@@ -239,17 +226,17 @@ def _misfit(seen: Window, at: int) -> float:
 def _size(wide: Blocks, near: Blocks) -> float:
     """The least loss that explains well; where waves do not follow a large swing for long, that of the short window."""
     size = wide.sizes()[0]
-    if wide.chi2(size) < _FOLLOWED * wide.y.size:
+    if wide.chi2(size) < _LIMITS.followed_chi2_per_value * wide.y.size:
         return size
     other = near.sizes()[0]
-    return other if near.chi2(other) < _FOLLOWED * near.y.size else size
+    return other if near.chi2(other) < _LIMITS.followed_chi2_per_value * near.y.size else size
 
 
-def _begun(stretch: Stretch, near: int) -> int:
-    """Where to look first: a place that is missed by a tenth of a period hides the size of a loss."""
+def _first_place(stretch: Stretch, near: int) -> int:
+    """The best start of the search near a sample: an error of a tenth of a period hides the size of a gap."""
     reach = 1.0 / stretch.frequency(float(near))
     found: dict[int, float] = {}
-    for at in {round(near + share * reach) for share in _BESIDE}:
+    for at in {round(near + share * reach) for share in _LIMITS.step_moves_periods}:
         wide, begin = window(stretch, at, stretch.periods)
         if 0 < at - begin < wide.time.size:
             parts = wide.split(at - begin)
@@ -265,9 +252,19 @@ def _judged(parts: Blocks, size: float, place: float, scale: Array, at: int) -> 
     curve = parts.chi2(size + 0.5) + parts.chi2(size - 0.5) - 2.0 * parts.chi2(size)
     sd = 0.5 * math.sqrt(2.0 * noise / max(curve, 1e-300))
     left = max(best - parts.y.size, 0.0)
-    sure = whole >= 1 and abs(size - whole) < max(_WHOLE, 5.0 * sd) and sd < min(0.5, size / _SEEN)
-    if not sure or none - best < _EXPLAINED * (none - best + left) or parts.kicked() - best < _KICK * noise:
+    sure = (
+        whole >= 1
+        and abs(size - whole) < max(_LIMITS.step_whole_samples, _LIMITS.whole_sigma * sd)
+        and sd < min(0.5, size / _LIMITS.step_seen_sigma)
+    )
+    if (
+        not sure
+        or none - best < _LIMITS.step_explained_share * (none - best + left)
+        or parts.kicked() - best < _LIMITS.kick_chi2 * noise
+    ):
         return None
     rows, _ = waves(place + np.arange(whole, dtype=np.float64), parts.frequency, parts.half)
-    log_p = log_chance((none - best) / noise, 2, 1e6)
-    return PhaseStep(at, whole, size, sd, log_p, np.asarray((inside @ rows) * scale[:, None]))
+    log_p = log_chance((none - best) / noise, 2, _LIMITS.step_trials)
+    return PhaseStep(
+        at=at, samples=whole, size=size, sd=sd, log_p=log_p, filled=np.asarray((inside @ rows) * scale[:, None])
+    )

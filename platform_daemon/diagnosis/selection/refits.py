@@ -1,4 +1,4 @@
-"""Refits while effects are sought: with another hypothesis, and with hidden scales and places at their best."""
+"""Refits during the search: of another hypothesis, and with hidden scales and places optimised."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import LostTrajectoryError
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly, noise_factor, starting_point
+from platform_daemon.diagnosis.regression.score_test import score_table
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
-from ..effects.effect import Candidate
-from ..regression.hypothesis import Hypothesis
-from ..regression.joint_fit import JointFit, fit_jointly, noise_factor, starting_point
-from ..regression.score_test import score_table
 from .sign_constraints import without_gain_of_energy
 
-_MOST_MOVES = 5  # from place to place
-_ENOUGH_FALL = 0.5  # of chi^2, that makes another move worth while
+_LIMITS = THRESHOLDS.selection
 
 
 def refit(hypothesis: Hypothesis, at: JointFit, pool: Executor) -> JointFit | None:
-    """The joint fit of a hypothesis, begun at another one; None if the motion is lost."""
+    """The joint fit of a hypothesis, started from another one; None if the trajectory is lost."""
     try:
         # What is new begins at 0, so that the shots' own parameters can follow it.
-        return fit_jointly(at.started, hypothesis, pool, *starting_point(at, hypothesis))
+        return fit_jointly(at.prepared, hypothesis, pool, *starting_point(at, hypothesis))
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
 
@@ -40,34 +40,34 @@ def allowed_refit(hypothesis: Hypothesis, at: JointFit, pool: Executor) -> Joint
 
 def refined(at: JointFit, pool: Executor) -> JointFit:
     """The joint fit with the hidden scales and places of its common effects where chi^2 is least."""
-    for share in (1.0, 0.4, 0.15):
-        for _ in range(_MOST_MOVES):
+    for share in _LIMITS.refined_shares:
+        for _ in range(_LIMITS.most_place_moves):
             before = at
             for c in at.hypothesis.common:
                 at = _refined_effect(at, c, share, pool) if c.near is not None else at
-            if before.chi2 - at.chi2 < _ENOUGH_FALL:
+            if before.chi2 - at.chi2 < _LIMITS.place_move_chi2:
                 break
     return at
 
 
 def _refined_effect(at: JointFit, c: Candidate, share: float, pool: Executor) -> JointFit:
     """One effect at the best of its neighbouring places; the refit itself if none is better."""
-    beside = refit(at.hypothesis.without(c), at, pool)
-    if beside is None or c.near is None:
+    reduced = refit(at.hypothesis.without(c), at, pool)
+    if reduced is None or c.near is None:
         return at
-    seen = score_table(beside, [replace(v, parts=()) for v in c.near(share)], pool)
-    scores = [(score.gain, b.candidate) for b in seen.blocks if (score := seen.gain([b])) is not None]
+    table = score_table(reduced, [replace(v, parts=()) for v in c.near(share)], pool)
+    scores = [(score.gain, b.candidate) for b in table.blocks if (score := table.gain([b])) is not None]
     if not scores:
         return at
     best = max(scores, key=lambda pair: pair[0])[1]
-    trial = allowed_refit(beside.hypothesis.plus(best), beside, pool)
+    trial = allowed_refit(reduced.hypothesis.plus(best), reduced, pool)
     return at if trial is None or trial.chi2 >= at.chi2 else trial
 
 
 def refined_own(at: JointFit, c: Candidate, pool: Executor) -> Candidate:
     """An effect that every shot has for itself, where it gains most."""
-    bin_hz = 1.0 / float(at.started[0].time_s[-1])
-    for share in (1.0, 0.3):
+    bin_hz = 1.0 / float(at.prepared[0].time_s[-1])
+    for share in _LIMITS.own_refined_shares:
         if c.near is not None:
             scale = share * bin_hz if c.detail.tau_s is None else share
             c = max(c.near(scale), key=lambda v: own_gain(at, v, pool).fall)
@@ -94,14 +94,14 @@ class OwnGain:
 
 
 def own_gain(at: JointFit, candidate: Candidate, pool: Executor) -> OwnGain:
-    """The effect is judged by what it leaves: before, it may be most of the residual itself."""
+    """Gain judged by the noise of the residual after the effect, of which it may be the largest part before."""
 
     def one(k: int) -> tuple[float, float, Callable[[], float], int]:
         linear = at.linear[k]
         assert candidate.columns is not None
-        columns = at.started[k].white(candidate.columns(linear.seen)).T
-        q, _ = np.linalg.qr(linear.beside(columns))
-        residual = linear.beside(linear.residual)
+        columns = at.prepared[k].white(candidate.columns(linear.linearisation)).T
+        q, _ = np.linalg.qr(linear.without_own(columns))
+        residual = linear.without_own(linear.residual)
         along = q.T @ residual
         left = residual - q @ along
         return float(along @ along), float(left @ left), lambda: linear.samples_per_value_of(left), columns.shape[1]

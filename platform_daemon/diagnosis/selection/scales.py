@@ -13,23 +13,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import Array, FitState, LostTrajectoryError
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.information import inverse, solved
+from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly
+from platform_daemon.diagnosis.regression.linearised_shot import LinearisedShot, common_information
+from platform_daemon.diagnosis.shots.linearisation import linearise_signal
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
-from ..effects.effect import Candidate
-from ..regression.hypothesis import Hypothesis
-from ..regression.information import inverse, solved
-from ..regression.joint_fit import JointFit, fit_jointly
-from ..regression.linearised_shot import LinearisedShot, common_information
-from ..shots.linearisation import linearise_signal
 from .sign_constraints import without_gain_of_energy
 
-_MOST_STEPS = 8
-_FURTHEST = math.log(2.5)  # of one step in the logarithm of a scale
-_SETTLED = 0.02  # of that logarithm
-_WELL_KNOWN = 0.03  # sd of that logarithm below which the valley is straight
-_CHECKED = 1.5  # sd of it at which a refit tells whether the valley is straight
-_STRAIGHT = 0.25  # by how much more or less a strength may move there than to first order
-_VARIED = (0.7, 0.9, 1.1, 1.4)  # times a scale, to see what moves with it
+_LIMITS = THRESHOLDS.selection
 
 
 def at_best_scales(at: JointFit, pool: Executor) -> JointFit:
@@ -54,8 +51,8 @@ class _Along:
     step: Array
     covariance: Array
 
-    def begun(self, step: Array) -> tuple[float, list[FitState], Array]:
-        """(scale, states, strengths) after a step (q + 1,), the shots' own parameters at their best beside it."""
+    def stepped(self, step: Array) -> tuple[float, list[FitState], Array]:
+        """(scale, states, strengths) after a step (q + 1,), the shots' own parameters following it."""
         states = [s.moved(a.own_step(step)) for s, a in zip(self.at.states, self.shots, strict=True)]
         return self.effect.hidden[0] * math.exp(step[-1]), states, self.at.strengths + step[:-1]
 
@@ -67,39 +64,39 @@ class _Along:
 def _along(at: JointFit, c: Candidate, pool: Executor) -> _Along:
     """Raises LostTrajectoryError."""
     place = at.hypothesis.strength_places()[at.hypothesis.torques.index(c)] + 1
-    wide = tuple(pool.map(lambda k: _beside_scale(at, k, place, c.hidden[0]), range(len(at.linear))))
+    wide = tuple(pool.map(lambda k: _with_scale_column(at, k, place, c.hidden[0]), range(len(at.linear))))
     matrix, gradient = common_information(wide, at.hypothesis.size + 1)
     return _Along(at, c, wide, solved(matrix, gradient), inverse(matrix))
 
 
 def _at_best_scale(at: JointFit, effect: str, pool: Executor) -> JointFit:
     """Gauss-Newton on one scale, shorter where it would not go down."""
-    for _ in range(_MOST_STEPS):
+    for _ in range(_LIMITS.scale_steps):
         c = next(t for t in at.hypothesis.torques if t.effect.id == effect and t.scale_limits is not None)
         assert c.scale_limits is not None
         along = _along(at, c, pool)
         step = float(along.step[-1])
         low, high = (math.log(limit / c.hidden[0]) for limit in c.scale_limits)
-        for fraction in (1.0, 0.3, 0.1):
-            moved = min(max(fraction * step, low, -_FURTHEST), high, _FURTHEST)
-            if abs(moved) < _SETTLED:
+        for fraction in _LIMITS.scale_fractions:
+            moved = min(max(fraction * step, low, -_LIMITS.furthest_log_scale), high, _LIMITS.furthest_log_scale)
+            if abs(moved) < _LIMITS.settled_log_scale:
                 return at
             found = _with_scale(along, moved / step * along.step, pool)
             if found is not None and found.chi2 < at.chi2:
                 break
         else:
             return at
-        settled = at.chi2 - found.chi2 < _SETTLED * max(1.0, found.chi2_per_dof)
+        settled = at.chi2 - found.chi2 < _LIMITS.settled_scale_chi2 * max(1.0, found.chi2_per_dof)
         at = found
         if settled:
             break
     return at
 
 
-def _beside_scale(at: JointFit, k: int, place: int, scale: float) -> LinearisedShot:
+def _with_scale_column(at: JointFit, k: int, place: int, scale: float) -> LinearisedShot:
     """Shot k with the scale's logarithm as a further common strength."""
     a, model = at.linear[k], at.hypothesis.augmented
-    column = scale * linearise_signal(at.started[k], model, at.full_state(k)).base[place]
+    column = scale * linearise_signal(at.prepared[k], model, at.full_state(k)).base[place]
     column = column - a.own @ (a.own.T @ column)
     return replace(a, columns=np.column_stack([a.columns, column]))
 
@@ -108,12 +105,12 @@ def _with_scale(along: _Along, step: Array, pool: Executor) -> JointFit | None:
     """The joint fit with another scale of an effect; None where the motion is lost."""
     at, like = along.at, along.effect
     assert like.at_scale is not None
-    scale, states, strengths = along.begun(step)
+    scale, states, strengths = along.stepped(step)
     other = like.at_scale(scale)
     effects: Sequence[Candidate] = [other if c.key == like.key else c for c in at.hypothesis.effects]
-    hypothesis: Hypothesis = replace(at.hypothesis, effects=tuple(effects), gone=())
+    hypothesis: Hypothesis = replace(at.hypothesis, effects=tuple(effects), held_at_zero=())
     try:
-        return without_gain_of_energy(fit_jointly(at.started, hypothesis, pool, states, strengths), pool)
+        return without_gain_of_energy(fit_jointly(at.prepared, hypothesis, pool, states, strengths), pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
 
@@ -126,13 +123,13 @@ def strength_spread(at: JointFit, c: Candidate, pool: Executor) -> float:
     along = _along(at, c, pool)
     sd = math.sqrt(along.covariance[-1, -1] * at.noise_factor)
     straight = abs(float(along.following(sd)[_column(at, c)]))
-    if 0.0 < sd < _WELL_KNOWN:
+    if 0.0 < sd < _LIMITS.known_log_scale:
         return straight
-    near = min(max(_CHECKED * sd, _WELL_KNOWN), _FURTHEST)
+    near = min(max(_LIMITS.checked_sigma * sd, _LIMITS.known_log_scale), _LIMITS.furthest_log_scale)
     spread = _spread_at(along, near, pool)
-    if spread is not None and abs(spread - straight) < _STRAIGHT * straight:
+    if spread is not None and abs(spread - straight) < _LIMITS.straight_share * straight:
         return max(spread, straight)
-    found = [_spread_at(along, math.log(times), pool) for times in _VARIED]
+    found = [_spread_at(along, math.log(times), pool) for times in _LIMITS.varied_scales]
     return max([s for s in (spread, *found) if s is not None], default=0.0)
 
 
@@ -146,7 +143,7 @@ def _spread_at(along: _Along, moved: float, pool: Executor) -> float | None:
     return abs(_strength(found, c) - _strength(at, c)) / math.sqrt(max(rise, 1.0))
 
 
-def beside_scales(at: JointFit, pool: Executor) -> list[JointFit]:
+def fits_at_neighbouring_scales(at: JointFit, pool: Executor) -> list[JointFit]:
     """For each hidden scale with limits the same fit with that scale a standard deviation away, to first order.
 
     Its states and strengths follow; chi^2 is higher by 1.
@@ -156,7 +153,7 @@ def beside_scales(at: JointFit, pool: Executor) -> list[JointFit]:
         if c.scale_limits is not None and c.at_scale is not None:
             along = _along(at, c, pool)
             sd = math.sqrt(along.covariance[-1, -1] * at.noise_factor)
-            scale, states, strengths = along.begun(along.following(min(sd, _FURTHEST)))
+            scale, states, strengths = along.stepped(along.following(min(sd, _LIMITS.furthest_log_scale)))
             other = c.at_scale(scale)
             effects = tuple(other if e.key == c.key else e for e in at.hypothesis.effects)
             found.append(

@@ -7,21 +7,22 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
-from ..regression.joint_fit import JointFit, fit_jointly, starting_point
-from ..regression.score_test import CandidateBlock, ScoreResult
+from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly, starting_point
+from platform_daemon.diagnosis.regression.score_test import CandidateBlock, ScoreResult
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
 
-_SURELY = 3.0  # standard deviations below 0
+_LIMITS = THRESHOLDS.selection
 
 
 def negative_losses(at: JointFit) -> tuple[int, ...]:
-    """Losses of the declared model that come out surely negative: places among its coefficients."""
-    model, count = at.hypothesis.model, len(at.started)
+    """Losses of the declared model that come out significantly negative: places among its coefficients."""
+    model, count = at.hypothesis.model, len(at.prepared)
     found = []
     for k, coefficient in enumerate(model.coefficients):
-        if coefficient.name in model.losses and k not in at.hypothesis.gone:
+        if coefficient.name in model.losses and k not in at.hypothesis.held_at_zero:
             mean = sum(s.dynamics.values[k] for s in at.states) / count
             variance = sum(a.own_covariance()[3 + k, 3 + k] for a in at.linear) / count**2 * at.noise_factor
-            if mean < -_SURELY * math.sqrt(variance):
+            if mean < -_LIMITS.negative_loss_sigma * math.sqrt(variance):
                 found.append(k)
     return tuple(found)
 
@@ -34,8 +35,8 @@ def without_gain_of_energy(found: JointFit, pool: Executor) -> JointFit:
     negative = negative_losses(found)
     if not negative:
         return found
-    held = replace(found.hypothesis, gone=tuple(sorted({*found.hypothesis.gone, *negative})))
-    return fit_jointly(found.started, held, pool, *starting_point(found, held))
+    held = replace(found.hypothesis, held_at_zero=tuple(sorted({*found.hypothesis.held_at_zero, *negative})))
+    return fit_jointly(found.prepared, held, pool, *starting_point(found, held))
 
 
 def signs_allowed(at: JointFit) -> bool:
@@ -45,7 +46,7 @@ def signs_allowed(at: JointFit) -> bool:
 
 
 def negative_effects(at: JointFit) -> tuple[str, ...]:
-    """Named losses whose strengths come out negative: allowed beside a larger loss, but no friction by itself."""
+    """Named losses whose strengths come out negative, which is allowed only if a larger loss acts too."""
     pairs = zip(at.hypothesis.common, at.hypothesis.slices, strict=True)
     lossy = [(c, s) for c, s in pairs if c.term is not None and c.term.loses_energy]
     return tuple(c.effect.id for c, s in lossy if float(at.strengths[s][0]) < 0.0)

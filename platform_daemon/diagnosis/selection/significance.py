@@ -1,4 +1,4 @@
-"""How surprising a gain is, after correction for everything that was tried, on a logarithmic scale."""
+"""Logarithms of p-values, corrected for the number of trials."""
 
 from __future__ import annotations
 
@@ -6,16 +6,19 @@ import math
 
 from scipy.special import chdtrc
 
-LEVEL = math.log(1e-3)  # an effect is accepted below
-_SMALLEST = 1e-300
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+
+_LIMITS = THRESHOLDS.selection
+LEVEL = math.log(_LIMITS.level_p)
+"""Natural logarithm of the probability below which an effect is accepted."""
 
 
 def log_chance(gain: float, parameters: int, trials: float = 1.0) -> float:
-    """Logarithm of the chance that noise gains as much anywhere in so many trials, at most 0."""
+    """Log p-value of a gain of chi^2 by `parameters` in Gaussian noise, corrected for `trials`; at most 0."""
     if parameters == 0 or not gain > 0.0:
         return 0.0
     share = float(chdtrc(parameters, gain))
-    if share > _SMALLEST:
+    if share > _LIMITS.smallest_chance:
         found = math.log(share)
     else:  # far out: the leading term
         half = 0.5 * gain
@@ -25,4 +28,4 @@ def log_chance(gain: float, parameters: int, trials: float = 1.0) -> float:
 
 def chance(log_p: float) -> float:
     """The p-value; 0 below the smallest number."""
-    return math.exp(max(log_p, -745.0)) if log_p > -745.0 else 0.0
+    return math.exp(log_p) if log_p > _LIMITS.smallest_log_p else 0.0

@@ -1,4 +1,4 @@
-"""Which effects explain what is left: score tests of everything, refits of the leaders, alone and in combination.
+"""Stepwise selection: score tests of all candidates, refits of the best sets.
 
 Effects are added until nothing significant is left, or nothing helps any more. Two effects that act together can hide
 behind a third that mimics their sum; therefore sets of every size are drawn from the first score table too, not only by
@@ -12,12 +12,13 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-from platform_daemon.estimation import Zones
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.regression.score_test import CandidateBlock, ScoreResult, ScoreTable, score_table
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.screening.spectral_lines import Zones
 
-from ..effects.effect import Candidate
-from ..regression.hypothesis import Hypothesis
-from ..regression.joint_fit import JointFit
-from ..regression.score_test import CandidateBlock, ScoreResult, ScoreTable, score_table
 from .component_search import shot_residuals, side_modes, steady_tones, tones, transients
 from .omnibus_test import OmnibusTest, omnibus_test
 from .refits import allowed_refit, own_gain, refined, refined_own, refit
@@ -27,20 +28,13 @@ from .significance import LEVEL, log_chance
 from .subsets import pairs, singles, triples
 from .torque_sets import best_torques
 
-_LARGEST_SET = 3
-_LEADERS = 6
-_NEAR = 0.03  # share of the best gain within which another set may overtake it once refitted
-_CLOSE = 12.0  # fall of chi^2, the same
-_NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
-_MOST_ADDITIVE = 6
-_PER_SCALE = 4.0  # of chi^2, that a hidden scale must gain by being there
-_LITTLE_LEFT = 1.1  # chi^2 per degree of freedom
-_BESIDE_MOTION = 0.15  # of its frequency
+_LIMITS = THRESHOLDS.selection
+
 
 ProgressCallback = Callable[[str, float], None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CandidateTest:
     """A candidate set with its evidence."""
 
@@ -52,21 +46,21 @@ class CandidateTest:
     allowed: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Selection:
     """The end of a search.
 
     Attributes:
         base: the joint fit of the declared model.
         best: the joint fit with everything that was accepted.
-        score_table: of all other candidates beside it.
-        omnibus_test: of what is left without a name.
-        before: the same beside the declared model.
-        tried: single candidates beside the declared model, best first.
+        score_table: of all other candidates, given it.
+        omnibus_test: of its residual.
+        before: the same given the declared model.
+        tried: single candidates given the declared model, best first.
         trials: number of candidates, by which chances are corrected.
-        score_table_of: all candidates beside another refit.
+        score_table_of: all candidates given another refit.
         forbidden: the best set fits only with a sign that physics does not allow.
-        passed_over: a set that fits far better, but does not predict what was not used.
+        rejected: a set that fits far better, but does not predict what was not used.
     """
 
     base: JointFit
@@ -78,104 +72,120 @@ class Selection:
     trials: float
     score_table_of: Callable[[JointFit], ScoreTable]
     forbidden: tuple[Candidate, ...] = ()
-    passed_over: JointFit | None = None
+    rejected: JointFit | None = None
 
 
 def select_effects(
-    base: JointFit, candidates: Sequence[Candidate], pool: Executor, tell: ProgressCallback
+    base: JointFit, candidates: Sequence[Candidate], pool: Executor, progress: ProgressCallback
 ) -> Selection:
     """Add effects to the declared model until nothing that has a name is left.
 
-    candidates: torque and receiver candidates; additive ones are looked for here.
+    candidates: torque and receiver candidates; additive ones are searched for here.
 
     Raises:
         LostTrajectoryError: the declared model itself describes no oscillation.
     """
-    if base.started[0].shot.record.quantity != "angle" or base.chi2_per_dof < _LITTLE_LEFT:
-        return _Search(base, list(candidates), pool, tell).run(base)
-    every = _Search(base, list(candidates), pool, tell)
+    if base.prepared[0].shot.record.quantity != "angle" or base.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
+        return _Search(base, list(candidates), pool, progress).run(base)
+    every = _Search(base, list(candidates), pool, progress)
     motions = [c for c in candidates if c.change is None]
-    begun, passed = best_torques(base, motions, float(len(candidates)), pool, tell)
+    start, rejected = best_torques(base, motions, float(len(candidates)), pool, progress)
     # Linear scores are right for torques too where little is left to be explained.
-    rest = [c for c in candidates if c.term is None or begun.chi2_per_dof < _LITTLE_LEFT]
-    beside = _Search(base, rest, pool, tell).run(begun)
+    rest = [c for c in candidates if c.term is None or start.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof]
+    beside = _Search(base, rest, pool, progress).run(start)
     return replace(
-        beside, tried=every.singles(every.score_table(base)), score_table=every.score_table(beside.best),
-        score_table_of=every.score_table, passed_over=passed,
-    )  # fmt: skip
+        beside,
+        tried=every.singles(every.score_table(base)),
+        score_table=every.score_table(beside.best),
+        score_table_of=every.score_table,
+        rejected=rejected,
+    )
 
 
-@dataclass(frozen=True)
-class _Own:
+@dataclass(frozen=True, kw_only=True)
+class _PerShotEffect:
     """An effect that every shot has for itself, and the logarithm of its chance.
 
     Attributes:
-        log_p: by the noise of what it leaves. beside: by that of what there is, as common effects are judged.
+        log_p: by the noise of the residual after it. log_p_before: by that before it, as for common effects.
     """
 
     candidate: Candidate
     log_p: float
-    beside: float
+    log_p_before: float
 
 
 class _Search:
     """State of a search."""
 
-    def __init__(self, base: JointFit, named: list[Candidate], pool: Executor, tell: ProgressCallback) -> None:
-        self._base, self._named, self._pool, self._tell = base, named, pool, tell
-        self._trials = float(len(named) + len(transients(base)) + 3)
+    def __init__(self, base: JointFit, named: list[Candidate], pool: Executor, progress: ProgressCallback) -> None:
+        self._base = base
+        self._named = named
+        self._pool = pool
+        self._progress = progress
+        self._trials = float(len(named) + len(transients(base)) + _LIMITS.unnamed_trials)
         self._scanned: tuple[JointFit, tuple[list[Candidate], list[Candidate]]] | None = None
 
-    def run(self, begun: JointFit) -> Selection:
-        """Alternate between effects of each shot's own and sets of common ones, beside what was begun with."""
+    def run(self, start: JointFit) -> Selection:
+        """Alternate between effects of each shot's own and sets of common ones, from a first fit on."""
         before = omnibus_test(self._base, self._pool)
-        self._tell("scores of all candidates", 0.25)
-        root, best = begun, begun
-        first = seen = self.score_table(root)
+        self._progress("scores of all candidates", 0.25)
+        root, best = start, start
+        first = table = self.score_table(root)
         tried = self.singles(first)
         forbidden: tuple[Candidate, ...] = ()
         size = additive = 0
         while True:
-            own = self._best_own(best) if additive < _MOST_ADDITIVE else None
-            common = self._best_common(seen)
-            if own is not None and own.log_p < LEVEL and (common >= LEVEL or own.beside < common):
-                # What stands beside the signal is taken out first: the sets start anew beside it.
+            own = self._best_own(best) if additive < _LIMITS.most_additive else None
+            common = self._best_common(table)
+            if own is not None and own.log_p < LEVEL and (common >= LEVEL or own.log_p_before < common):
+                # Additive effects come first: the search for sets restarts with them in the model.
                 sharp = refined_own(best, own.candidate, self._pool)
                 root = refit(root.hypothesis.plus(sharp), root, self._pool) or root
                 best = refit(best.hypothesis.plus(sharp), best, self._pool) or best
                 first = self.score_table(root)
-                seen = first if size == 0 else self.score_table(best)
+                table = first if size == 0 else self.score_table(best)
                 additive += 1
                 continue
-            if common >= LEVEL or size == _LARGEST_SET:
+            if common >= LEVEL or size == _LIMITS.largest_set:
                 break
             size += 1
-            self._tell(f"refits of sets of {size}", 0.3 + 0.15 * size)
-            better, banned = self._grown(first, seen, best, size)
+            self._progress(f"refits of sets of {size}", 0.3 + 0.15 * size)
+            better, banned = self._grown(first, table, best, size)
             if better is None:
                 # Two effects can hide from every single one: larger sets are tried all the same.
                 forbidden = banned or forbidden
                 continue
             better, forbidden = at_best_scales(refined(better, self._pool), self._pool), ()
-            best, seen = better, self.score_table(better)
+            best, table = better, self.score_table(better)
         after = omnibus_test(best, self._pool) if best is not self._base else before
-        return Selection(self._base, best, seen, after, before, tried, self._trials, self.score_table, forbidden)
+        return Selection(
+            base=self._base,
+            best=best,
+            score_table=table,
+            omnibus_test=after,
+            before=before,
+            tried=tried,
+            trials=self._trials,
+            score_table_of=self.score_table,
+            forbidden=forbidden,
+        )
 
     def _scan(self, at: JointFit) -> tuple[list[Candidate], list[Candidate]]:
-        """(tones, side modes) in what a refit leaves over; looked for once."""
+        """(tones, side modes) in the residual of a refit; cached."""
         if self._scanned is None or self._scanned[0] is not at:
             left = shot_residuals(at, self._pool)
             sides = side_modes(at, left)
             lines = [*tones(at, left), *steady_tones(at, sides)]
             sides = [c for c in sides if not self._steady(at, c, lines)]
-            if at.started[0].shot.record.quantity == "angle":
+            if at.prepared[0].shot.record.quantity == "angle":
                 lines, sides = ([c for c in some if not _near_motion(c, at)] for some in (lines, sides))
             self._scanned = at, (lines, sides)
         return self._scanned[1]
 
     def _steady(self, at: JointFit, side: Candidate, lines: Sequence[Candidate]) -> bool:
         """True if a tone that does not decay explains more than the decaying one."""
-        f, bin_hz = side.detail.frequency_hz or 0.0, 1.0 / float(at.started[0].time_s[-1])
+        f, bin_hz = side.detail.frequency_hz or 0.0, 1.0 / float(at.prepared[0].time_s[-1])
         near = [c for c in lines if any(abs(g - f) < bin_hz for g in c.tones_hz)]
         return bool(near) and max(own_gain(at, c, self._pool).fall for c in near) >= own_gain(at, side, self._pool).fall
 
@@ -184,31 +194,37 @@ class _Search:
         taken = {c.key for c in at.hypothesis.effects}
         shared = [c for c in self._scan(at)[1] if c.shared]
         offered = [
-            c for c in [*self._named, *transients(at), *shared]
-            if c.key not in taken and not _same_effect_in(c, at)
-        ]  # fmt: skip
+            c for c in [*self._named, *transients(at), *shared] if c.key not in taken and not _same_effect_in(c, at)
+        ]
         return score_table(at, offered, self._pool)
 
-    def singles(self, seen: ScoreTable) -> tuple[CandidateTest, ...]:
+    def singles(self, table: ScoreTable) -> tuple[CandidateTest, ...]:
         """Every candidate by itself, the most surprising first."""
         rows = []
-        for block in seen.blocks:
-            score = seen.gain([block])
+        for block in table.blocks:
+            score = table.gain([block])
             if score is not None:
                 c = block.candidate
                 log_p = log_chance(score.gain, c.size, self._trials * c.trials)
                 rows.append(
                     CandidateTest(
-                        (c,), tuple(score.strengths), tuple(score.sd), score.gain, log_p, step_allowed([block], score)
+                        candidates=(c,),
+                        strengths=tuple(score.strengths),
+                        sd=tuple(score.sd),
+                        gain=score.gain,
+                        log_p=log_p,
+                        allowed=step_allowed([block], score),
                     )
                 )
         return tuple(sorted(rows, key=lambda t: (t.log_p, -t.gain)))
 
-    def _best_common(self, seen: ScoreTable) -> float:
+    def _best_common(self, table: ScoreTable) -> float:
         """Logarithm of the chance of the most surprising candidate, of either sign, alone or with another."""
-        floor = _NEGLIGIBLE * max(self._base.chi2 - seen.joint_fit.chi2, 0.0) / seen.joint_fit.noise_factor
+        floor = (
+            _LIMITS.negligible_share * max(self._base.chi2 - table.joint_fit.chi2, 0.0) / table.joint_fit.noise_factor
+        )
         best = 0.0
-        for sets, trials in ((singles(seen), 1.0), (pairs(seen), 0.5 * self._trials)):
+        for sets, trials in ((singles(table), 1.0), (pairs(table), 0.5 * self._trials)):
             for blocks, score in sets:
                 if score.gain > floor:
                     best = min(best, self._log_p(blocks, score, trials))
@@ -220,30 +236,38 @@ class _Search:
             trials *= b.candidate.trials
         return log_chance(score.gain, sum(b.candidate.size for b in blocks), trials)
 
-    def _best_own(self, at: JointFit) -> _Own | None:
+    def _best_own(self, at: JointFit) -> _PerShotEffect | None:
         """The most surprising effect that every shot has for itself."""
         lines, sides = self._scan(at)
         offered = [*lines, *(c for c in sides if not c.shared)]
-        floor = _NEGLIGIBLE * max(self._base.chi2 - at.chi2, 0.0)
-        best: _Own | None = None
+        floor = _LIMITS.negligible_share * max(self._base.chi2 - at.chi2, 0.0)
+        best: _PerShotEffect | None = None
         for c in offered:
             if _same_effect_in(c, at):
                 continue
-            seen = own_gain(at, c, self._pool)
-            if seen.fall > floor:
+            gain = own_gain(at, c, self._pool)
+            if gain.fall > floor:
                 trials = self._trials * c.trials
-                log_p = log_chance(seen.gain, seen.columns, trials)
+                log_p = log_chance(gain.gain, gain.columns, trials)
                 if best is None or log_p < best.log_p:
-                    best = _Own(c, log_p, log_chance(seen.fall / at.noise_factor, seen.columns, trials))
+                    best = _PerShotEffect(
+                        candidate=c,
+                        log_p=log_p,
+                        log_p_before=log_chance(gain.fall / at.noise_factor, gain.columns, trials),
+                    )
         return best
 
     def _grown(
-        self, first: ScoreTable, seen: ScoreTable, best: JointFit, size: int
+        self, first: ScoreTable, table: ScoreTable, best: JointFit, size: int
     ) -> tuple[JointFit | None, tuple[Candidate, ...]]:
         """The best refit with a set of this size; None if it is no better than what there is."""
-        leaders = self._leaders(first, seen, size)
+        leaders = self._leaders(first, table, size)
         fits = [f for f in (allowed_refit(h, start, self._pool) for h, start in leaders) if f is not None]
-        fits.sort(key=lambda f: f.chi2 + _PER_SCALE * f.noise_factor * sum(len(c.hidden) for c in f.hypothesis.common))
+        fits.sort(
+            key=lambda f: (
+                f.chi2 + _LIMITS.chi2_per_scale * f.noise_factor * sum(len(c.hidden) for c in f.hypothesis.common)
+            )
+        )
         allowed = [f for f in fits if signs_allowed(f)]
         banned = tuple(c for c in fits[0].hypothesis.effects) if fits and not signs_allowed(fits[0]) else ()
         if not allowed:
@@ -254,21 +278,24 @@ class _Search:
         sure = log_chance(fall, max(1, added), self._trials * math.prod(c.trials for c in new)) < LEVEL
         return (allowed[0], banned) if sure else (None, banned)
 
-    def _leaders(self, first: ScoreTable, seen: ScoreTable, size: int) -> list[tuple[Hypothesis, JointFit]]:
-        """Sets worth a refit: the best of this size beside the root, and the best additions to the present one."""
+    def _leaders(self, first: ScoreTable, table: ScoreTable, size: int) -> list[tuple[Hypothesis, JointFit]]:
+        """Sets worth a refit: the best of this size given the root, and the best additions to the present one."""
         sets = {1: singles, 2: pairs, 3: triples}[size](first)
         proposals = [(score.gain, first, blocks, score) for blocks, score in sets if step_allowed(blocks, score)]
         if size > 1:
-            explained = (first.joint_fit.chi2 - seen.joint_fit.chi2) / seen.joint_fit.noise_factor
+            explained = (first.joint_fit.chi2 - table.joint_fit.chi2) / table.joint_fit.noise_factor
             proposals += [
-                (explained + score.gain, seen, blocks, score)
-                for blocks, score in singles(seen) if step_allowed(blocks, score)
-            ]  # fmt: skip
+                (explained + score.gain, table, blocks, score)
+                for blocks, score in singles(table)
+                if step_allowed(blocks, score)
+            ]
         proposals.sort(key=lambda p: -p[0])
         chosen: list[tuple[Hypothesis, JointFit]] = []
         known: set[frozenset[object]] = set()
         for gain, at, blocks, _ in proposals:
-            if (chosen and gain < (1.0 - _NEAR) * proposals[0][0] - _CLOSE) or len(chosen) >= _LEADERS:
+            if (chosen and gain < (1.0 - _LIMITS.overtaking_share) * proposals[0][0] - _LIMITS.overtaking_chi2) or len(
+                chosen
+            ) >= _LIMITS.leading_sets:
                 break
             hypothesis = at.joint_fit.hypothesis.plus(*(b.candidate for b in blocks))
             keys = frozenset(c.key for c in hypothesis.effects)
@@ -279,10 +306,10 @@ class _Search:
 
 
 def _near_motion(c: Candidate, at: JointFit) -> bool:
-    """So near the swing's own frequency that a torque which is not quite right looks the same."""
+    """True if the frequency is so near that of the swing that a slightly wrong torque looks the same."""
     f = c.detail.frequency_hz or 0.0
     motions = [s.dynamics for s in at.states]
-    zones = [Zones.of_sweep(d.w, d.amplitude, relative=_BESIDE_MOTION, margin_hz=0.0) for d in motions]
+    zones = [Zones.of_sweep(d.w, d.amplitude, relative=_LIMITS.near_motion_share, margin_hz=0.0) for d in motions]
     return any(z.low_hz < f < z.high_hz for z in zones)
 
 
@@ -295,5 +322,5 @@ def _same_effect_in(candidate: Candidate, at: JointFit) -> bool:
             return True
         if c.detail.frequency_hz and candidate.detail.frequency_hz:
             near = abs(c.detail.frequency_hz - candidate.detail.frequency_hz)
-            return near < 3.0 / float(at.started[0].time_s[-1])
+            return near < _LIMITS.same_place_bins / float(at.prepared[0].time_s[-1])
     return False

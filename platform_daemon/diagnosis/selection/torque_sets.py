@@ -1,7 +1,7 @@
 """Torques first: every torque and every pair of torques fitted, under sign rules, the best kept if it is worth it.
 
-Where little noise hides the misfit, steps by linear scores lead nowhere: two losses together may explain what either
-alone makes worse. A fit of a set takes tenths of a second on an angle, so all of them are tried.
+Where the noise is small, linear scores mislead: two losses together may explain what either alone makes worse. A
+fit of a set takes tenths of a second on an angle, so all of them are tried.
 """
 
 from __future__ import annotations
@@ -12,27 +12,19 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
-from ..effects.effect import Candidate
-from ..regression.cross_validation import CrossValidation, cross_validate
-from ..regression.joint_fit import JointFit
-from ..shots.thread_pool import InThisThread
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.regression.cross_validation import CrossValidation, cross_validate
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.shots.thread_pool import InlineExecutor
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+
 from .kick_search import kicks
 from .refits import allowed_refit, refined
 from .scales import at_best_scales
 from .sign_constraints import negative_effects, signs_allowed
 from .significance import LEVEL, log_chance
 
-_LARGEST_SET = 3
-_LEADERS = 2  # sets of a size that grow
-_RIVALS = 6  # sets of a size whose predictions are compared
-_WORTH_A_SCALE = 3.0  # times the least chi^2: a set that a better scale may bring to the front
-_FAR = 0.7  # of chi^2
-_FRONT = 5  # sets whose scales are sought
-_BESIDE_TIMED = 3  # sets that a torque which depends on time is added to
-_CLOSE = 0.2  # of chi^2: sets so near the best are its rivals
-_AS_GOOD = 1.03  # times the least held-out error: of sets that predict as well, the one with fewer parameters
-_HELPS = 0.9  # of the held-out error: another effect must predict better by more than chance
-_NOISE = 1.1  # chi^2 per degree of freedom of a model that leaves nothing
+_LIMITS = THRESHOLDS.selection
 
 
 @dataclass(frozen=True)
@@ -49,7 +41,11 @@ class TorqueSet:
 
 
 def best_torques(
-    base: JointFit, candidates: Sequence[Candidate], trials: float, pool: Executor, tell: Callable[[str, float], None]
+    base: JointFit,
+    candidates: Sequence[Candidate],
+    trials: float,
+    pool: Executor,
+    progress: Callable[[str, float], None],
 ) -> tuple[JointFit, JointFit | None]:
     """The declared model with the torques that explain most and predict best; itself if none is worth it.
 
@@ -58,28 +54,31 @@ def best_torques(
     best = TorqueSet(base, cross_validate(base, pool))
     known: dict[frozenset[object], JointFit] = {frozenset(): base}
     leaders: list[JointFit] = [base]
-    passed: JointFit | None = None
-    for size in range(1, _LARGEST_SET + 1):
-        tell(f"refits of sets of {size} torques", 0.25 + 0.15 * size)
+    rejected: JointFit | None = None
+    for size in range(1, _LIMITS.largest_set + 1):
+        progress(f"refits of sets of {size} torques", 0.25 + 0.15 * size)
         if size > 2 and _complete(best.fitted):
             break
         grown = leaders if size > 2 else sorted(known.values(), key=lambda f: f.chi2)
         allowed = _allowed(_sets(grown, [*candidates, *_kicked(best.fitted)], known, size), pool)
         known |= {_keys(f): f for f in reversed(allowed)}
         best = _better(best, allowed, trials, pool)
-        passed = min([f for f in (passed, *allowed[:1]) if f is not None], key=lambda f: f.chi2, default=None)
-        leaders = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _CLOSE)][:_LEADERS]
-    return best.fitted, passed if passed is not None and passed.chi2 < _FAR * best.fitted.chi2 else None
+        rejected = min([f for f in (rejected, *allowed[:1]) if f is not None], key=lambda f: f.chi2, default=None)
+        leaders = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _LIMITS.rival_share)][: _LIMITS.grown_sets]
+    return (
+        best.fitted,
+        rejected if rejected is not None and rejected.chi2 < _LIMITS.rejected_share * best.fitted.chi2 else None,
+    )
 
 
 def _kicked(at: JointFit) -> list[Candidate]:
-    """Kicks where they explain what a set leaves; those beside the declared model are candidates already."""
+    """Kicks that explain the residual of a set; those of the declared model are candidates already."""
     return kicks(at) if at.hypothesis.effects else []
 
 
 def _complete(at: JointFit) -> bool:
     """Nothing but noise is left: a larger set would explain noise."""
-    return bool(at.hypothesis.effects) and at.chi2_per_dof < _NOISE
+    return bool(at.hypothesis.effects) and at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
 
 
 def _keys(at: JointFit) -> frozenset[object]:
@@ -90,13 +89,13 @@ def _keys(at: JointFit) -> frozenset[object]:
 def _sets(
     grown: Sequence[JointFit], candidates: Sequence[Candidate], known: dict[frozenset[object], JointFit], size: int
 ) -> list[tuple[Candidate, JointFit]]:
-    """Additions to sets that are one smaller, each new set once, begun at the best of what it contains."""
+    """Additions to sets that are one smaller, each new set once, started from its best subset."""
     best: dict[object, tuple[Candidate, JointFit]] = {}
     for at, c in itertools.product(grown, candidates):
         keys = _keys(at) | {c.effect}
         if len(keys) != size or len(_keys(at)) != size - 1 or keys in known:
             continue
-        if size > 1 and _timed(c) and at not in grown[:_BESIDE_TIMED]:
+        if size > 1 and _timed(c) and at not in grown[: _LIMITS.timed_sets]:
             continue
         # Of an effect with several forms each is tried.
         forms = frozenset((c.effect.id, c.detail) for c in (*at.hypothesis.effects, c))
@@ -115,18 +114,18 @@ def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list
 
     Of a single shot, several are fitted at once.
     """
-    alone = bool(sets) and len(sets[0][1].started) == 1
-    inner, every = (InThisThread(), pool.map) if alone else (pool, map)
+    alone = bool(sets) and len(sets[0][1].prepared) == 1
+    inner, every = (InlineExecutor(), pool.map) if alone else (pool, map)
     found = [f for f in every(lambda s: allowed_refit(s[1].hypothesis.plus(s[0]), s[1], inner), sets) if f is not None]
     fits = sorted((f for f in found if signs_allowed(f)), key=lambda f: f.chi2)
-    front = [f for f in fits if f.chi2 < _WORTH_A_SCALE * fits[0].chi2][:_FRONT]
+    front = [f for f in fits if f.chi2 < _LIMITS.worth_a_scale * fits[0].chi2][: _LIMITS.sharpened_sets]
     sharp = list(every(lambda f: refined(at_best_scales(f, inner), inner), front))
     return sorted((f for f in (*sharp, *fits[len(front) :]) if signs_allowed(f)), key=lambda f: f.chi2)
 
 
 def _better(best: TorqueSet, allowed: Sequence[JointFit], trials: float, pool: Executor) -> TorqueSet:
     """The set of a size that predicts best among those that fit about best, if it is worth its parameters."""
-    rivals = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _CLOSE)][:_RIVALS]
+    rivals = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _LIMITS.rival_share)][: _LIMITS.compared_sets]
     scored = [TorqueSet(f, cross_validate(f, pool)) for f in rivals]
     least = min((s.error for s in scored), default=0.0)
     for one in sorted(scored, key=lambda s: _rank(s, least)):
@@ -138,7 +137,7 @@ def _better(best: TorqueSet, allowed: Sequence[JointFit], trials: float, pool: E
 def _rank(one: TorqueSet, least: float) -> tuple[bool, int, int, float]:
     """Of sets that predict as well: friction that takes energy, then few parameters."""
     feeding = len(negative_effects(one.fitted))
-    return one.error > _AS_GOOD * least, feeding, _parameters(one.fitted), one.error
+    return one.error > _LIMITS.as_good_ratio * least, feeding, _parameters(one.fitted), one.error
 
 
 def _sure(smaller: JointFit, larger: JointFit, trials: float) -> bool:
@@ -155,6 +154,6 @@ def _parameters(at: JointFit) -> int:
 
 def _predicts(smaller: TorqueSet, larger: TorqueSet) -> bool:
     """Better on held-out data; where nothing but noise is left, no worse is enough, for noise is all that is scored."""
-    if larger.fitted.chi2_per_dof < _NOISE:
+    if larger.fitted.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
         return larger.held_out.worse_by(smaller.held_out) < 0.0
-    return larger.error < _HELPS * smaller.error
+    return larger.error < _LIMITS.helping_ratio * smaller.error

@@ -1,4 +1,4 @@
-"""From shots to fits of the declared model that later steps begin at, whatever the fit thinks of its residual."""
+"""Fits of the declared model to single shots, as starting points; the goodness of fit is not judged here."""
 
 from __future__ import annotations
 
@@ -9,30 +9,27 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import (
-    DipoleObservation,
-    FitState,
-    FreeGainObservation,
-    LostTrajectoryError,
-    RefusedError,
-    RingDownModel,
-    RingDownRecord,
-    by_convention,
-    find_half_cycles,
-    find_minimum,
-    task_of,
-    turning_points,
-)
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.observation_model import DipoleObservation, FreeGainObservation
+from platform_daemon.estimation.least_squares.public_parameters import by_convention
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.physics.trajectory.turning_points import turning_points
+from platform_daemon.estimation.prepared_record import prepare_record
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.estimation.screening.angle_cycles import find_half_cycles
+from platform_daemon.estimation.solve import find_minimum
 
 from .shot import DiagnosisShot, PreparedShot, grids_for, whitening_for
 
-_LEFT = 0.12  # of the first amplitude: what is below says little and may be stuck
-_FIRST_PART = 8  # of a window
+_LIMITS = THRESHOLDS.shots
 
 
 @dataclass(frozen=True)
 class UnfittedShot:
-    """A shot that cannot be looked at, and why."""
+    """A shot that the declared model cannot be fitted to, and the reason."""
 
     shot: DiagnosisShot
     reason: str
@@ -43,19 +40,19 @@ def initial_fits(
 ) -> tuple[list[PreparedShot], list[UnfittedShot]]:
     """Fit the declared model to every shot, down to 12 % of its amplitude or to the end of the record.
 
-    pool: None: one after the other, in a thread of a pool for one.
+    pool: None to fit one shot after the other in the calling thread.
     """
     results = list((map if pool is None else pool.map)(lambda shot: _start(shot, model), shots))
-    started = [r for r in results if isinstance(r, PreparedShot)]
-    return _on_one_side(started, model), [r for r in results if isinstance(r, UnfittedShot)]
+    prepared = [r for r in results if isinstance(r, PreparedShot)]
+    return _on_one_side(prepared, model), [r for r in results if isinstance(r, UnfittedShot)]
 
 
-def _on_one_side(started: Sequence[PreparedShot], model: RingDownModel) -> list[PreparedShot]:
+def _on_one_side(prepared: Sequence[PreparedShot], model: RingDownModel) -> list[PreparedShot]:
     """Every shot as the twin (phi -> -phi) nearest to the first shot: common strengths and means need one side.
 
     Where e_v is perpendicular to x, noise decides which of the two a fit finds.
     """
-    return [replace(s, state=_nearer_mirror_image(s.state, started[0].state, model)) for s in started]
+    return [replace(s, state=_nearer_mirror_image(s.state, prepared[0].state, model)) for s in prepared]
 
 
 def _nearer_mirror_image(state: FitState, reference: FitState, model: RingDownModel) -> FitState:
@@ -88,13 +85,13 @@ def _minimum(shot: DiagnosisShot, model: RingDownModel) -> FitState:
     Raises RefusedError, LostTrajectoryError.
     """
     try:
-        return find_minimum(task_of(shot.record, "d30", shot.noise, {}), model)[1].state
+        return find_minimum(prepare_record(shot.record, "d30", shot.noise, {}), model)[1].state
     except RefusedError:
         if shot.record.quantity != "angle":
             raise
         record = shot.record
-        part = replace(record, valid_to=record.valid_from + (record.end - record.valid_from) // _FIRST_PART)
-        return find_minimum(task_of(part, "d30", shot.noise, {}), model)[1].state
+        part = replace(record, valid_to=record.valid_from + (record.end - record.valid_from) // _LIMITS.first_part)
+        return find_minimum(prepare_record(part, "d30", shot.noise, {}), model)[1].state
 
 
 def _end(shot: DiagnosisShot, model: RingDownModel, state: FitState) -> int:
@@ -103,7 +100,7 @@ def _end(shot: DiagnosisShot, model: RingDownModel, state: FitState) -> int:
     if record.quantity == "angle":
         return _end_of_angle(record, state)
     times, sizes = turning_points(model, state.dynamics, record.end * record.dt_s)
-    small = np.flatnonzero(sizes < _LEFT * abs(state.dynamics.amplitude))
+    small = np.flatnonzero(sizes < _LIMITS.kept_amplitude * abs(state.dynamics.amplitude))
     until_s = float(times[small[0]]) if small.size else float(times[-1])
     return min(record.end, max(record.valid_from, math.ceil(until_s * shot.rate_hz)))
 
@@ -111,14 +108,14 @@ def _end(shot: DiagnosisShot, model: RingDownModel, state: FitState) -> int:
 def _end_of_angle(record: RingDownRecord, state: FitState) -> int:
     """The same as the samples themselves show it: friction that the model lacks may have stopped the swing long ago."""
     first = record.valid_from
-    seen = record.samples[0, first : record.end]
-    cycles = find_half_cycles(seen, first, record.dt_s, state.dynamics.w / (2.0 * math.pi))
+    samples = record.samples[0, first : record.end]
+    cycles = find_half_cycles(samples, first=first, dt_s=record.dt_s, frequency_hz=state.dynamics.w / (2.0 * math.pi))
     if cycles is None:
         return record.end
     sizes = np.abs(cycles.turning_rad)
-    small = np.flatnonzero(sizes < _LEFT * sizes[0])
+    small = np.flatnonzero(sizes < _LIMITS.kept_amplitude * sizes[0])
     if small.size:
         return min(record.end, math.ceil(float(cycles.turning_s[small[0]]) / record.dt_s))
-    # Behind the last swing that stands out there is rest, or the end of the record.
+    # After the last significant swing the rotor rests, or the record ends.
     last_s = float(cycles.passages_s[-1]) + 0.5 * float(cycles.passages_s[-1] - cycles.passages_s[-2])
     return min(record.end, math.ceil(last_s / record.dt_s))

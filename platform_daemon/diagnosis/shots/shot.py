@@ -1,4 +1,4 @@
-"""One shot as the diagnosis takes it, and the grid of instants at which it is looked at."""
+"""One shot with its noise, and the grid of instants on which it is compared with the model."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import firwin, kaiserord, upfirdn
 
-from platform_daemon.estimation import Array, FitState, NoiseModel, RingDownRecord, sd_at
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.noise.coloured import sd_at
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.record import RingDownRecord
 
-_START_S = 0.05  # looked at sample by sample: transients of the switch live there
-_ENOUGH = 6_000  # samples per channel; shorter records are looked at sample by sample
-_HARMONICS = 6.5  # pass band, in fundamentals
-_GUARD = 7.5  # Nyquist frequency after decimation, in fundamentals
-_RIPPLE_DB = 130.0  # an error of m_r, whose standard deviation may be 1e-6 of it with many shots
+_LIMITS = THRESHOLDS.shots
 _UNITS = {"dmdt": "A m^2/s", "voltage": "V", "angle": "rad"}
-_WHITE = 0.02  # relative differences of the noise's level in the band that do not matter
 
 
 @dataclass(frozen=True)
@@ -108,14 +108,14 @@ def grids_for(record: RingDownRecord, last: int, frequency_hz: float) -> tuple[S
     frequency_hz: of the fundamental.
     """
     first, rate = record.valid_from, record.sampling_rate_hz
-    factor = min(int(rate / (2.0 * _GUARD * frequency_hz)), (last - first) // _ENOUGH)
+    factor = min(int(rate / (2.0 * _LIMITS.nyquist * frequency_hz)), (last - first) // _LIMITS.full_rate_samples)
     if factor < 2:
         return (SampleGrid(1, first, last),)
     taps = _low_pass(rate, factor, frequency_hz)
     half = taps.size // 2
-    begin = -(-max(first + half, first + round(_START_S * rate)) // factor)
+    begin = -(-max(first + half, first + round(_LIMITS.full_rate_s * rate)) // factor)
     end = (last - half) // factor
-    if end - begin < _ENOUGH // 4:
+    if end - begin < _LIMITS.least_decimated:
         return (SampleGrid(1, first, last),)
     return SampleGrid(1, first, begin * factor), SampleGrid(factor, begin, end, taps), SampleGrid(1, end * factor, last)
 
@@ -123,8 +123,8 @@ def grids_for(record: RingDownRecord, last: int, frequency_hz: float) -> tuple[S
 def _low_pass(rate_hz: float, factor: int, frequency_hz: float) -> Array:
     """Linear-phase taps; half their number is a multiple of the factor, so that instants fall on samples."""
     nyquist = 0.5 * rate_hz / factor
-    width = 2.0 * (nyquist - _HARMONICS * frequency_hz)
-    count, beta = kaiserord(_RIPPLE_DB, width / (0.5 * rate_hz))
+    width = 2.0 * (nyquist - _LIMITS.pass_band * frequency_hz)
+    count, beta = kaiserord(_LIMITS.ripple_db, width / (0.5 * rate_hz))
     half = factor * -(-count // (2 * factor))
     return np.asarray(firwin(2 * half + 1, nyquist, window=("kaiser", beta), fs=rate_hz))
 
@@ -164,9 +164,10 @@ def whitening_for(shot: DiagnosisShot, grids: tuple[SampleGrid, ...], frequency_
 
 def _filter(shot: DiagnosisShot, grid: SampleGrid, frequency_hz: float, level: Array) -> Array | None:
     """Level at the fundamental over that at every bin, held beyond the harmonics; None for white noise."""
-    band = np.geomspace(0.3 * frequency_hz, _HARMONICS * frequency_hz, 24)
+    low_hz, high_hz = _LIMITS.level_band_from * frequency_hz, _LIMITS.pass_band * frequency_hz
+    band = np.geomspace(low_hz, high_hz, _LIMITS.level_points)
     levels = sd_at(shot.noise, band, shot.rate_hz) / level[:, None]
-    if np.all(np.abs(levels - 1.0) < _WHITE):
+    if np.all(np.abs(levels - 1.0) < _LIMITS.white_share):
         return None
     bins = np.fft.rfftfreq(grid.count, grid.factor / shot.rate_hz)
     shape: NDArray[np.float64] = np.stack([1.0 / np.interp(bins, band, row) for row in levels])
@@ -177,7 +178,7 @@ def _filter(shot: DiagnosisShot, grid: SampleGrid, frequency_hz: float, level: A
 class PreparedShot:
     """A shot with a fitted state of the declared model, its grids and how its noise is taken out of columns.
 
-    bases: the last states it was looked at in, by what they depend on, see `linearisation.basis_at`.
+    bases: cache of basis functions of the last states, see `linearisation.basis_at`.
     """
 
     shot: DiagnosisShot

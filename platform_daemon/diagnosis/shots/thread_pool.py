@@ -1,4 +1,4 @@
-"""Threads over shots: the numerical libraries are kept from starting threads of their own, which would only wait."""
+"""A thread pool over shots; BLAS is limited to one thread, because its own threads would only compete."""
 
 from __future__ import annotations
 
@@ -11,11 +11,14 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 
-class InThisThread(Executor):
-    """For work on one shot within a thread of a pool, which must not wait for another thread of it."""
+class InlineExecutor(Executor):
+    """An executor that runs each task at once in the calling thread.
+
+    A task of a pool uses it, because it would deadlock if it waited for another thread of that pool.
+    """
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Do it at once."""
+        """Run the task and return its finished future."""
         done: Future[Any] = Future()
         try:
             done.set_result(fn(*args, **kwargs))
@@ -26,7 +29,7 @@ class InThisThread(Executor):
 
 @contextmanager
 def shot_pool() -> Iterator[Executor]:
-    """A thread per core; an exception, Ctrl-C for one, does not wait for what they are at."""
+    """One thread per core; an exception such as Ctrl-C does not wait for running tasks."""
     with threadpool_limits(1, user_api="blas"):
         pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
         try:

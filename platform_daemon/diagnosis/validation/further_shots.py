@@ -1,4 +1,4 @@
-"""Shots of a long series that were not searched: what is found must hold for them too."""
+"""The effects are tested on shots of a long series that were not searched."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from itertools import islice
 
 import numpy as np
 
-from platform_daemon.estimation import LostTrajectoryError
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.regression.per_shot_fit import per_shot_fit
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
-from ..regression.hypothesis import Hypothesis
-from ..regression.joint_fit import JointFit
-from ..regression.own_fit import own_fit
-from ..shots.initial_fits import initial_fits
-from ..shots.shot import DiagnosisShot
-
-_AT_ONCE = 2  # shots in memory
+_LIMITS = THRESHOLDS.validation
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FurtherShots:
-    """How the strengths that were found do on shots that had no part in finding them.
+    """Goodness of fit of the found strengths on shots that were not used to find them.
 
     Attributes:
         count: shots that could be fitted. failed: names of those that could not.
         before, after: mean chi^2 per degree of freedom of the declared model, and with the effects held at their
             strengths; the shots' own parameters are fitted in both.
-        worst: name of the shot that is left with most, and its value.
+        worst: name and value of the shot with the largest chi^2 per degree of freedom after.
     """
 
     count: int
@@ -39,7 +39,7 @@ class FurtherShots:
 
     @property
     def note(self) -> str:
-        """For the reader."""
+        """Sentence for the report."""
         failed = f"; {len(self.failed)} cannot be fitted: {', '.join(self.failed[:3])}" if self.failed else ""
         if not self.count:
             return f"none of the shots that were not searched can be fitted{failed}"
@@ -51,11 +51,14 @@ class FurtherShots:
 
 
 def further_shots(
-    final: JointFit, shots: Iterable[Callable[[], DiagnosisShot | None]], pool: Executor, tell: Callable[[int], None]
+    final: JointFit,
+    shots: Iterable[Callable[[], DiagnosisShot | None]],
+    pool: Executor,
+    progress: Callable[[int], None],
 ) -> FurtherShots | None:
-    """Fit shots a few at a time, so that any number of them needs the memory of a few; None if there are none.
+    """Fit further shots a few at a time to bound the memory; None if there are none.
 
-    shots: each read when it is called for, None where it cannot be used. tell: called with the number that is done.
+    shots: each is read by its call, which returns None if it cannot be used. progress: called with the number done.
     """
     scores: list[tuple[str, float, float]] = []
     failed: list[str] = []
@@ -72,28 +75,32 @@ def further_shots(
             elif result is not None:
                 scores.append(result)
         done += len(some)
-        tell(done)
+        progress(done)
     if not scores:
-        return FurtherShots(0, tuple(failed), np.nan, np.nan, ("", np.nan)) if failed else None
+        return (
+            FurtherShots(count=0, failed=tuple(failed), before=np.nan, after=np.nan, worst=("", np.nan))
+            if failed
+            else None
+        )
     worst = max(scores, key=lambda s: s[2])
     before, after = (float(np.mean([s[k] for s in scores])) for k in (1, 2))
-    return FurtherShots(len(scores), tuple(failed), before, after, (worst[0], worst[2]))
+    return FurtherShots(count=len(scores), failed=tuple(failed), before=before, after=after, worst=(worst[0], worst[2]))
 
 
 def _batches(shots: Iterator[Callable[[], DiagnosisShot | None]]) -> Iterator[list[Callable[[], DiagnosisShot | None]]]:
-    while some := list(islice(shots, _AT_ONCE)):
+    while some := list(islice(shots, _LIMITS.shots_in_memory)):
         yield some
 
 
 def _scored(final: JointFit, shot: DiagnosisShot) -> tuple[str, float, float] | str:
     """(name, chi^2/dof before, after); its name alone if it cannot be fitted."""
     plain = Hypothesis(final.hypothesis.model)
-    started, _ = initial_fits([shot], plain.model, None)
-    if not started:
+    prepared, _ = initial_fits([shot], plain.model, None)
+    if not prepared:
         return shot.name
     try:
         pairs = ((plain, np.zeros(0)), (final.hypothesis, final.strengths))
-        before, after = (own_fit(started[0], h, strengths)[0].chi2 / started[0].dof for h, strengths in pairs)
+        before, after = (per_shot_fit(prepared[0], h, strengths)[0].chi2 / prepared[0].dof for h, strengths in pairs)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return shot.name
     return shot.name, before, after

@@ -1,4 +1,4 @@
-"""Which of the refits predicts data that were not used, and which effects of it help there."""
+"""The refit that predicts held-out data best, and its effects that help there."""
 
 from __future__ import annotations
 
@@ -8,21 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation import LostTrajectoryError
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.regression.cross_validation import CrossValidation, cross_validate
+from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly, starting_point
+from platform_daemon.diagnosis.regression.score_test import ScoreTable
+from platform_daemon.diagnosis.selection.confounders import Confounder, confounders, gain_of
+from platform_daemon.diagnosis.selection.sign_constraints import without_gain_of_energy
+from platform_daemon.diagnosis.selection.significance import log_chance
+from platform_daemon.diagnosis.selection.stepwise import Selection
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
-from ..effects.effect import Candidate
-from ..regression.cross_validation import CrossValidation, cross_validate
-from ..regression.joint_fit import JointFit, fit_jointly, starting_point
-from ..regression.score_test import ScoreTable
-from ..selection.confounders import Confounder, confounders, gain_of
-from ..selection.sign_constraints import without_gain_of_energy
-from ..selection.significance import log_chance
-from ..selection.stepwise import Selection
-
-_LIKELY = math.log(0.05)  # logarithm of a chance above which an effect is dropped again
-_OPTIONS = 4  # look-alikes that held-out data choose from
-_BETTER = 2.0  # fall of the held-out chi^2 for which a look-alike takes the place of what is fitted best
-ReplacedEffects = dict[object, tuple[Confounder, ...]]  # what was passed over for a look-alike, by the look-alike's key
+_LIMITS = THRESHOLDS.validation
+_LIKELY = math.log(_LIMITS.dropped_p)
+ReplacedEffects = dict[object, tuple[Confounder, ...]]  # what a look-alike has replaced, by the look-alike's key
 
 
 def validate_effects(
@@ -30,27 +29,27 @@ def validate_effects(
 ) -> tuple[ScoreTable, CrossValidation, CrossValidation, tuple[Candidate, ...], ReplacedEffects]:
     """Score table of the refit that predicts best, without effects that do not help; held-out scores before and after.
 
-    Where effects cannot be told apart by the fit, held-out data choose. With what was dropped, and what was passed over
-    for a look-alike.
+    Where the fit cannot distinguish effects, held-out data choose. The last two results are the effects that were
+    dropped, and those that a look-alike has replaced.
     """
     before = cross_validate(found.base, pool)
-    (seen, passed), dropped = _best_predicting(_still_sure(found, pool), pool), []
-    after = cross_validate(seen.joint_fit, pool) if seen.joint_fit.hypothesis.effects else before
-    while seen.joint_fit.hypothesis.effects:
-        at = seen.joint_fit
+    (table, replaced), dropped = _best_predicting(_still_sure(found, pool), pool), []
+    after = cross_validate(table.joint_fit, pool) if table.joint_fit.hypothesis.effects else before
+    while table.joint_fit.hypothesis.effects:
+        at = table.joint_fit
         helps = {c.key: held_out_gain_of(at, c, after, found.base, pool) for c in at.hypothesis.effects}
         worst = min(at.hypothesis.effects, key=lambda c: helps[c.key])
         if helps[worst.key] > 0.0:
             break
         dropped.append(worst)
         final = found.base if len(at.hypothesis.effects) == 1 else without(at, worst, found.base, pool)
-        seen = found.score_table_of(final)
+        table = found.score_table_of(final)
         after = cross_validate(final, pool) if final.hypothesis.effects else before
-    return seen, before, after, tuple(dropped), passed
+    return table, before, after, tuple(dropped), replaced
 
 
 def _still_sure(found: Selection, pool: Executor) -> Selection:
-    """Without common effects that no longer gain beside those that were found, or sharpened, after them."""
+    """Without common effects that are no longer significant given those that were found later."""
     best = found.best
     while best.hypothesis.common:
         chances = {c: _log_chance(best, c, found.trials) for c in best.hypothesis.common}
@@ -66,24 +65,27 @@ def _log_chance(at: JointFit, effect: Candidate, trials: float) -> float:
 
 
 def _best_predicting(found: Selection, pool: Executor) -> tuple[ScoreTable, ReplacedEffects]:
-    """The best refit, or one with look-alikes that predicts better; what was passed over for them."""
-    seen, passed = found.score_table, ReplacedEffects()
-    for effect in seen.joint_fit.hypothesis.common:
-        alike = [r for r in confounders(seen, effect, pool) if r.indistinguishable and _sure(r, found.trials)]
-        if not alike:
+    """The best refit, or one with look-alikes that predicts better; the effects that they have replaced."""
+    table, replaced = found.score_table, ReplacedEffects()
+    for effect in table.joint_fit.hypothesis.common:
+        look_alikes = [r for r in confounders(table, effect, pool) if r.indistinguishable and _sure(r, found.trials)]
+        if not look_alikes:
             continue
-        first, gain = cross_validate(seen.joint_fit, pool), gain_of(seen.joint_fit, effect)
-        scores = [(_worse(r, first, pool), r) for r in alike[:_OPTIONS]]
+        first, gain = cross_validate(table.joint_fit, pool), gain_of(table.joint_fit, effect)
+        scores = [(_worse(r, first, pool), r) for r in look_alikes[: _LIMITS.compared_look_alikes]]
         worse, best = min(scores, key=lambda pair: pair[0], default=(0.0, None))
-        if best is not None and best.joint_fit is not None and worse < -_BETTER:
-            others = [Confounder(effect, 0.0, gain, seen.joint_fit), *(r for r in alike if r is not best)]
-            passed[best.candidate.key] = tuple(replace(r, rise=r.rise - best.rise) for r in others)
-            seen = found.score_table_of(best.joint_fit)
-    return seen, passed
+        if best is not None and best.joint_fit is not None and worse < -_LIMITS.better_chi2:
+            others = [
+                Confounder(candidate=effect, rise=0.0, gain=gain, joint_fit=table.joint_fit),
+                *(r for r in look_alikes if r is not best),
+            ]
+            replaced[best.candidate.key] = tuple(replace(r, rise=r.rise - best.rise) for r in others)
+            table = found.score_table_of(best.joint_fit)
+    return table, replaced
 
 
 def _sure(rival: Confounder, trials: float) -> bool:
-    """It is no chance by itself: of what is looked for at many places, some place nearly always gains a little."""
+    """True if the look-alike itself is significant after correction for all places that were searched."""
     return rival.joint_fit is not None and _log_chance(rival.joint_fit, rival.candidate, trials) < _LIKELY
 
 
@@ -98,11 +100,11 @@ def without(at: JointFit, effect: Candidate, base: JointFit, pool: Executor) -> 
     if not hypothesis.effects:
         return base
     try:
-        found = fit_jointly(at.started, hypothesis, pool, *starting_point(at, hypothesis))
+        found = fit_jointly(at.prepared, hypothesis, pool, *starting_point(at, hypothesis))
     except (LostTrajectoryError, np.linalg.LinAlgError):
         found = base
     # Far from what the shots do without it, the way down leads from their own fits.
-    found = found if found.chi2 < base.chi2 else fit_jointly(at.started, hypothesis, pool)
+    found = found if found.chi2 < base.chi2 else fit_jointly(at.prepared, hypothesis, pool)
     return without_gain_of_energy(found, pool)
 
 

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..numerics.arrays import Array, ComplexArray
-from ..sensitivity import CalibrationError, inverse_sensitivity, real_array
+from platform_daemon.estimation.numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.sensitivity import CalibrationError, inverse_sensitivity, real_array
+
 from .equaliser import design_equaliser, equalise
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CalibratedRecord:
     """Calibrated signal.
 
@@ -52,14 +53,14 @@ def calibrate(
     inverse = inverse_sensitivity(sensitivity, volts.shape[0])
     n = volts.shape[1]
     if frequency_hz is None and frequency_response is None:
-        return CalibratedRecord(-inverse @ volts, 0, n)
+        return CalibratedRecord(dmdt=-inverse @ volts, valid_from=0, valid_to=n)
     grid, response = _checked_response(frequency_hz, frequency_response, volts.shape[0])
     equaliser = design_equaliser(grid, response, sampling_rate_hz)
     reach = equaliser.reach
     if n <= 2 * reach:
         raise CalibrationError(f"the record of {n} samples is shorter than the equaliser's {2 * reach + 1} taps")
     flat = equalise(volts, equaliser)
-    return CalibratedRecord(-inverse @ flat, reach, n - reach, equaliser.notes)
+    return CalibratedRecord(dmdt=-inverse @ flat, valid_from=reach, valid_to=n - reach, notes=equaliser.notes)
 
 
 def _checked_response(

@@ -12,13 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import erfc
 
-from ..numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_BAND_HZ = 8000.0
-_GRID = 8192
-_LOWEST_HZ = 50.0
-_TOLERANCE = 1e-7  # of the response in the signal band; the best m_r has a relative error of 1e-5
-_REACHES = (16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 1024)
+LIMITS = THRESHOLDS.calibration
 
 
 @dataclass(frozen=True)
@@ -44,15 +41,15 @@ def design_equaliser(frequency_hz: Array, response: ComplexArray, sampling_rate_
         response: H, complex (channels, k), finite and non-zero.
         sampling_rate_hz: samples per second.
     """
-    band = min(_BAND_HZ, sampling_rate_hz / 6.0)
-    grid = np.linspace(0.0, 0.5 * sampling_rate_hz, _GRID // 2 + 1)
+    band = min(LIMITS.band_hz, sampling_rate_hz / LIMITS.band_rate_divisor)
+    grid = np.linspace(0.0, 0.5 * sampling_rate_hz, LIMITS.equaliser_grid // 2 + 1)
     fade = _fade(grid / band)
     log_inverse = np.stack([-_log_response(grid, frequency_hz, row) for row in response])
     wanted = np.exp(fade * log_inverse)
-    impulse = np.fft.irfft(wanted, _GRID, axis=1)
-    centred = np.roll(impulse, _GRID // 2, axis=1)
-    reach = _reach(centred, wanted, (grid > _LOWEST_HZ) & (grid < band))
-    middle = _GRID // 2
+    impulse = np.fft.irfft(wanted, LIMITS.equaliser_grid, axis=1)
+    centred = np.roll(impulse, LIMITS.equaliser_grid // 2, axis=1)
+    reach = _reach(centred, wanted, (grid > LIMITS.lowest_hz) & (grid < band))
+    middle = LIMITS.equaliser_grid // 2
     taps = centred[:, middle - reach : middle + reach + 1]
     return Equaliser(taps, reach, _notes(frequency_hz, band))
 
@@ -89,19 +86,19 @@ def _log_response(grid: Array, frequency_hz: Array, row: ComplexArray) -> Comple
 
 def _fade(x: Array) -> Array:
     """Gaussian-smooth step from 1 (x <= 1, to 1e-6) to 0 (x >= 2): the shortest impulse response for its slope."""
-    return np.asarray(0.5 * erfc((x - 1.5) / 0.15))
+    return np.asarray(0.5 * erfc((x - LIMITS.fade_middle) / LIMITS.fade_width))
 
 
 def _reach(centred: Array, wanted: ComplexArray, in_band: np.ndarray) -> int:
     """Shortest reach whose truncated filter still is what was wanted in the signal band."""
     middle = centred.shape[1] // 2
-    for reach in _REACHES:
+    for reach in LIMITS.equaliser_reaches:
         cut = np.zeros_like(centred)
         cut[:, middle - reach : middle + reach + 1] = centred[:, middle - reach : middle + reach + 1]
         realised = np.fft.rfft(np.roll(cut, -middle, axis=1), axis=1)
-        if np.max(np.abs(realised - wanted)[:, in_band]) < _TOLERANCE:
+        if np.max(np.abs(realised - wanted)[:, in_band]) < LIMITS.equaliser_error:
             return reach
-    return _REACHES[-1]
+    return LIMITS.equaliser_reaches[-1]
 
 
 def _notes(frequency_hz: Array, band: float) -> tuple[str, ...]:

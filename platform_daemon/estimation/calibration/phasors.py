@@ -7,8 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-SEGMENTS = 16  # of a window; their scatter is the noise where the tone is, whatever its colour
-LEAST_PERIODS = 1.0  # in a segment
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+LIMITS = THRESHOLDS.calibration
+SEGMENTS = LIMITS.segments
+LEAST_PERIODS = LIMITS.segment_periods
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,7 @@ class Phasors:
 def segment_length(samples: int, frequency_hz: float, rate_hz: float, segments: int = SEGMENTS) -> int:
     """Samples of a segment of so many samples.  Raises ValueError if it has less than one period of the tone."""
     length = samples // segments
-    if length * frequency_hz / rate_hz < LEAST_PERIODS or length < 8:
+    if length * frequency_hz / rate_hz < LEAST_PERIODS or length < LIMITS.segment_samples:
         raise ValueError(f"{segments} segments of {length} samples are too short for {frequency_hz:g} Hz")
     return length
 
@@ -34,8 +37,8 @@ def segment_phasors(
 ) -> NDArray[np.complex128]:
     """Complex amplitudes in successive segments of (channel, n) samples: (segment, channel).
 
-    Time zero is `first_sample` samples before the first of them.  A constant is fitted beside the tone, so segments
-    need not hold whole periods.  Raises ValueError if a segment has less than one period.
+    Time zero is `first_sample` samples before the first of them.  A constant is fitted together with the tone, so
+    segments need not hold whole periods.  Raises ValueError if a segment has less than one period.
     """
     length = segment_length(samples.shape[1], frequency_hz, rate_hz, segments)
     rows = []

@@ -7,8 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-ROUNDS = 20
-CROSS_SHARE = 0.5  # of a channel's largest sensitivity: more than that on another axis than its own is worth a word
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+LIMITS = THRESHOLDS.calibration
+ROUNDS = LIMITS.split_rounds
+CROSS_SHARE = LIMITS.cross_share
 
 
 @dataclass(frozen=True)

@@ -22,16 +22,16 @@ from dataclasses import replace
 import numpy as np
 
 from drivers.calibration import ReceiverEffect
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-from ..numerics.arrays import Array
-from ..record import RingDownRecord
+LIMITS = THRESHOLDS.calibration
 
 CORRECTABLE = ("channel_gain", "channel_delay", "receive_lowpass", "receiver_compression", "crosstalk")
 _AXES = "xyz"
 # Central difference of order 8.
 _STENCIL = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
-_SPLINE_REACH = 12  # samples after which a quintic spline has forgotten its end
-_STEPS = 8  # of the fixed point: c u^2 < 0.1 is then exact to 1e-8
 
 
 def correct_receiver_effects(
@@ -55,7 +55,9 @@ def correct_receiver_effects(
 
 def _without_effect(u: Array, rate_hz: float, effect: ReceiverEffect) -> tuple[Array, int]:
     """The channels without one effect, and how many samples at either end are spoilt."""
-    s, out, reach = effect.strength, u.copy(), 0
+    s = effect.strength
+    out = u.copy()
+    reach = 0
     if effect.id == "crosstalk":
         assert effect.source is not None
         assert effect.target is not None
@@ -75,16 +77,16 @@ def _corrected_channel(u: Array, rate_hz: float, effect: ReceiverEffect) -> tupl
     if effect.id == "channel_gain":
         return u / (1.0 + s), 0
     if effect.id == "channel_delay":
-        from scipy.ndimage import shift  # here, because every fit imports this module and hardly one comes here
+        from scipy.ndimage import shift  # here, because every fit imports this module and few need it
 
         moved = shift(u, -s * rate_hz, order=5, mode="nearest")
-        return moved, _SPLINE_REACH + math.ceil(abs(s) * rate_hz)
+        return moved, LIMITS.spline_reach_samples + math.ceil(abs(s) * rate_hz)
     if effect.id == "receive_lowpass":
         slope = np.pad(np.correlate(u, _STENCIL, mode="valid") * rate_hz, 4, mode="edge")
         return u + s * slope, 4
     if effect.id == "receiver_compression":
         v = u
-        for _ in range(_STEPS):
+        for _ in range(LIMITS.compression_steps):
             v = u / (1.0 - s * v**2)
         return v, 0
     raise ValueError(f"{effect.id} cannot be undone: {', '.join(CORRECTABLE)} can")

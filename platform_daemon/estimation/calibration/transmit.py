@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from drivers.calibration import TransmitChannel
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+LIMITS = THRESHOLDS.calibration
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ def transmit_result(
 ) -> TransmitResult:
     """Explain each coil's field per volt as gain * b / (R + i omega L), b and L free.
 
-    Gain and R cannot be told apart from b by a field alone, so the declared ones are kept: the currents that the limits
+    Gain and R cannot be separated from b by a field alone, so the declared ones are kept: the currents that the limits
     are checked against are as good as they are.
     """
     loops = [_loop(frequency_hz, v, s, c) for v, s, c in zip(field_per_volt, std, channels, strict=True)]
@@ -76,7 +79,7 @@ def _loop(
         off = ((field_per_volt - best_field(henry)[:, None] * per_ampere(henry)) / std).ravel()
         return np.concatenate([off.real, off.imag])
 
-    found = least_squares(left, x0=[1.0], x_scale=[0.1])
+    found = least_squares(left, x0=[1.0], x_scale=[LIMITS.coil_scale])
     henry = channel.inductance_h * float(found.x[0])
     dof = max(1, 6 * frequency_hz.size - 4)
     return best_field(henry), henry, float(2 * found.cost / dof)

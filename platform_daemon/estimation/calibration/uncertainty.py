@@ -1,8 +1,9 @@
 """What the uncertainty of P does to a fitted m_r.
 
 An error of P scales the fundamental, v ~ m_r A for the amplitude A of the motion, by 1 + e_v and the second harmonic,
-u ~ m_r A^2, by 1 + e_u (eq:projection).  Where only u/v tells the amplitude, m_r ~ v^2/u moves by 2 e_v - e_u; what
-else tells it (how the frequency follows the amplitude, large swings) makes that less.  The worst case is taken.
+u ~ m_r A^2, by 1 + e_u (eq:projection).  Where only u/v determines the amplitude, m_r ~ v^2/u moves by 2 e_v - e_u;
+what else determines it (how the frequency follows the amplitude, large swings) makes that less.  The worst case is
+taken.
 """
 
 from __future__ import annotations
@@ -13,17 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
-
-from .. import FitResult
-from ..parameters import RODRIGUES
-from ..physics.rotation import rotation_from_rodrigues
+from platform_daemon.estimation.parameters import RODRIGUES
+from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
+from platform_daemon.estimation.result import FitResult
 
 MOMENT = "m_r_am2"
 C_V, C_U = 2.0, -1.0  # how m_r follows the errors of v and u, at most
 
 
 def systematic_std(calibration: ReceiveCalibration | None, fit: FitResult) -> dict[str, float]:
-    """Standard uncertainty of m_r, A m^2, from that of P at f_nat and 2 f_nat; {} if the calibration tells none.
+    """Standard uncertainty of m_r, A m^2, from that of P at f_nat and 2 f_nat; {} if the calibration does not say.
 
     What all of P has in common scales m_r; the noise of its elements at both frequencies is independent.
     """
@@ -40,7 +40,7 @@ def systematic_std(calibration: ReceiveCalibration | None, fit: FitResult) -> di
 
 
 def _common(calibration: ReceiveCalibration) -> float | None:
-    """Relative standard deviation that all of P shares; where only the sensitivity's is told, the largest of it."""
+    """Relative standard deviation that all of P shares; where only the sensitivity's is given, the largest of it."""
     if calibration.relative_std is not None or calibration.sensitivity_std is None:
         return calibration.relative_std
     size = np.abs(calibration.sensitivity)

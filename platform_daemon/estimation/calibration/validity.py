@@ -11,7 +11,7 @@ FREQUENCY, TEMPERATURE, GAIN = "calibration_frequency", "calibration_temperature
 
 
 @dataclass(frozen=True)
-class Conditions:
+class ShotConditions:
     """How a shot was taken, as far as known: temperature deg C, LNA gain V/V."""
 
     temperature_c: float | None = None
@@ -19,9 +19,9 @@ class Conditions:
 
 
 def out_of_validity(
-    calibration: ReceiveCalibration | None, f_nat_hz: float | None, shot: Conditions
+    calibration: ReceiveCalibration | None, f_nat_hz: float | None, shot: ShotConditions
 ) -> tuple[str, ...]:
-    """What a fit with this calibration must be told: its frequencies are f_nat and 2 f_nat (eq:projection).
+    """What is said of a fit with this calibration: its frequencies are f_nat and 2 f_nat (eq:projection).
 
     A calibration that does not say what it holds for gives no warning.
     """

@@ -6,11 +6,14 @@ import math
 
 import numpy as np
 
-from ..least_squares.public_parameters import POOR_CHI2, PublicParameters, refuse_faint
-from ..physics.models import RingDownModel
-from ..refusal import Refusal, RefusedError
+from platform_daemon.estimation.least_squares.public_parameters import POOR_CHI2, PublicParameters, refuse_faint
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.refusal import Refusal, RefusedError
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .collinearity import CollinearLosses, loss_warnings
-from .thresholds import LIMITS
+
+LIMITS = THRESHOLDS.goodness_of_fit
 
 
 def is_unexplained(r2: float, chi2_per_dof: float) -> bool:
@@ -36,7 +39,7 @@ def is_much_or_hidden(chi2: float, signal: float, dof: int) -> bool:
 
 
 def refuse_untrustworthy(model: RingDownModel, public: PublicParameters) -> None:
-    """Numbers that are not finite, or mean nothing beside their own error, are no result."""
+    """Numbers that are not finite, or are not larger than their own error, are no result."""
     if not (np.isfinite(public.covariance).all() and (public.covariance.diagonal() > 0.0).all()):
         raise RefusedError(Refusal.NO_CONVERGENCE, "the covariance is not positive")
     refuse_faint(public)

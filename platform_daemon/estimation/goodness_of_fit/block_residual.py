@@ -7,33 +7,35 @@ import math
 import numpy as np
 from scipy.fft import prev_fast_len
 
-from ..least_squares.gauss_newton import FitState
-from ..moments.workspace import Workspace
-from ..noise.coloured import sd_at
-from ..noise.model import NoiseModel
-from ..numerics.arrays import Array
-from ..physics.models import RingDownModel
-from ..physics.trajectory.direct import MotionParameters, Trajectory
-from ..record import RingDownRecord
-from ..screening.frequency_search import block_means
-from ..screening.windows import SampleRange
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.moments.workspace import Workspace
+from platform_daemon.estimation.noise.coloured import sd_at
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters, Trajectory
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.screening.frequency_search import block_means
+from platform_daemon.estimation.screening.windows import SampleRange
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .noise_floor import POINTS_PER_PERIOD, NoiseFloor, noise_floor_of
 from .residual import Residual
 
-_POINTS_PER_PERIOD = 12.0  # the band reaches to six times the fundamental: all harmonics that matter
-_CHUNK_BLOCKS = 1 << 10
+LIMITS = THRESHOLDS.goodness_of_fit
 
 
 def residual_of(
     record: RingDownRecord,
     workspace: Workspace,
     state: FitState,
+    *,
     chosen: SampleRange,
     noise: NoiseModel,
     noise_sd: Array,
 ) -> Residual:
     """The residual of a fitted state over its window; noise_sd (channels,) of single samples."""
-    block = _block(record, state, _POINTS_PER_PERIOD)
+    block = _block(record, state, LIMITS.block_points_per_period)
     sd = noise_sd / math.sqrt(block)
     data, model = _means(record, workspace, state, chosen, block, sd)
     floor = _floor(record, workspace, state, chosen) if record.quantity == "angle" else None
@@ -61,12 +63,27 @@ def _means(
     blocks = (chosen.last - chosen.first) // block
     data = block_means(record.samples, chosen.first, block, blocks)
     gains = state.observation.gains(state.dynamics.w)
-    at = state.dynamics, chosen.first, blocks, block, record.dt_s, state.observation.observable
     if state.dynamics.theta >= 0.0 and not workspace.model.time_dependent:
         largest = abs(state.dynamics.amplitude) * float((np.abs(gains).max(axis=1) / sd).max())
-        return data, gains @ workspace.block_means(*at, 1.0 / max(largest, 1.0))
+        return data, gains @ workspace.block_means(
+            state.dynamics,
+            begin=chosen.first,
+            blocks=blocks,
+            block=block,
+            dt_s=record.dt_s,
+            observable=state.observation.observable,
+            accuracy=1.0 / max(largest, 1.0),
+        )
     # The tables know nothing of time, nor of what was before their first turning point.
-    return data, gains @ _integrated(workspace.model, *at)
+    return data, gains @ _integrated(
+        workspace.model,
+        state.dynamics,
+        first=chosen.first,
+        blocks=blocks,
+        block=block,
+        dt_s=record.dt_s,
+        observable=state.observation.observable,
+    )
 
 
 def _widening(floor: NoiseFloor, state: FitState, noise: NoiseModel, noise_sd: Array, rate_hz: float) -> float:
@@ -83,19 +100,28 @@ def _frequency_hz(state: FitState) -> float:
 def _floor(record: RingDownRecord, workspace: Workspace, state: FitState, chosen: SampleRange) -> NoiseFloor | None:
     """What the residual of an angle tells of its noise."""
     block = _block(record, state, POINTS_PER_PERIOD)
-    data, model = _means(record, workspace, state, chosen, block, np.full(1, 1e-9 * abs(state.dynamics.amplitude)))
+    data, model = _means(
+        record, workspace, state, chosen, block, np.full(1, LIMITS.probe_share * abs(state.dynamics.amplitude))
+    )
     n = int(prev_fast_len(data.shape[1], real=True))
     return noise_floor_of((data - model)[0, :n], record.sampling_rate_hz / block, _frequency_hz(state))
 
 
 def _integrated(
-    model: RingDownModel, dynamics: MotionParameters, first: int, blocks: int, block: int, dt_s: float, observable: int
+    model: RingDownModel,
+    dynamics: MotionParameters,
+    *,
+    first: int,
+    blocks: int,
+    block: int,
+    dt_s: float,
+    observable: int,
 ) -> Array:
     """Block means (2, blocks) of the directly integrated motion, a stretch at a time."""
     trajectory = Trajectory(model, dynamics, (first + blocks * block) * dt_s)
     out = np.empty((2, blocks))
-    for begin in range(0, blocks, _CHUNK_BLOCKS):
-        end = min(begin + _CHUNK_BLOCKS, blocks)
+    for begin in range(0, blocks, LIMITS.block_chunk):
+        end = min(begin + LIMITS.block_chunk, blocks)
         basis = trajectory.basis(first + begin * block, first + end * block, dt_s, observable)
         out[:, begin:end] = basis[:2].reshape(2, end - begin, block).mean(axis=2)
     return out

@@ -1,4 +1,4 @@
-"""Doubts about fitted losses: sources of energy, losses that are not there, losses that cannot be told apart."""
+"""Doubts about fitted losses: sources of energy, losses that are not there, losses that cannot be separated."""
 
 from __future__ import annotations
 
@@ -9,15 +9,19 @@ from itertools import combinations
 
 import numpy as np
 
-from ..least_squares.gauss_newton import FitState
-from ..least_squares.problem import FitProblem
-from ..least_squares.public_parameters import PublicParameters
-from ..numerics.arrays import Array
-from ..physics.models import RingDownModel
-from ..physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.problem import FitProblem
+from platform_daemon.estimation.least_squares.public_parameters import PublicParameters
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .residual import Residual
 from .residual_jacobian import derivatives_of
-from .thresholds import LIMITS
+
+LIMITS = THRESHOLDS.goodness_of_fit
+_POINTS = np.array(LIMITS.separating_points)  # of that reach
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class CollinearLosses:
 
 
 def collinear_losses(model: RingDownModel, public: PublicParameters) -> CollinearLosses | None:
-    """The pair of free losses with the largest correlation, if the window cannot tell them apart.
+    """The pair of free losses with the largest correlation, if the window cannot separate them.
 
     It cannot where the errors of the two are nearly opposite and both are uncertain by more than a fifth.
     """
@@ -44,7 +48,7 @@ def collinear_losses(model: RingDownModel, public: PublicParameters) -> Collinea
 
 
 def _collinear(public: PublicParameters, one: str, other: str) -> CollinearLosses | None:
-    """The pair, if the window cannot tell it apart."""
+    """The pair, if the window cannot separate it."""
     i, j = public.names.index(one), public.names.index(other)
     covariance = public.covariance
     correlation = float(covariance[i, j] / math.sqrt(covariance[i, i] * covariance[j, j]))
@@ -59,7 +63,7 @@ def _collinear(public: PublicParameters, one: str, other: str) -> CollinearLosse
 
 
 def collinearity_warning(tangle: CollinearLosses, enough_s: float | None) -> str:
-    """Losses that the window cannot tell apart; enough_s: the window that would, None if there is no such."""
+    """Losses that the window cannot separate; enough_s: the window that would, None if there is no such."""
     if enough_s is None:
         longer = "the motion ends before a longer window tells them"
     else:
@@ -88,18 +92,12 @@ def loss_warnings(model: RingDownModel, public: PublicParameters, tangle: Collin
             yield f"loss_not_seen: {name} = {loss.value:.4g} +- {loss.std:.2g}; the record is explained without it"
 
 
-_STEP = 2.0**0.125  # from one window to the next
-_LOOKS = (3.0, 12.0, 48.0)  # windows, as far as the motion is followed
-_REACH = 1.5  # standard deviations, to which the truth may lie aside
-_POINTS = np.array([0.1, 0.3, 0.5, 0.7, 0.9])  # of that reach
-
-
 def separating_window_s(
     problem: FitProblem, state: FitState, residual: Residual, public: PublicParameters, tangle: CollinearLosses
 ) -> float | None:
-    """The window in s, or None if the motion ends before the two losses can be told apart.
+    """The window in s, or None if the motion ends before the two losses can be separated.
 
-    Their sum is known, and neither is negative; the longer window has to tell how they share it, however they do.
+    Their sum is known, and neither is negative; the longer window has to determine their shares, for any shares.
     """
     names = [c.name for c in problem.model.coefficients]
     places = [names.index(name) for name in tangle.names]
@@ -109,7 +107,7 @@ def separating_window_s(
     for place, size in zip(places, sizes[:, _POINTS.size // 2].tolist(), strict=True):
         values[place] = size
     state = replace(state, dynamics=replace(state.dynamics, values=tuple(values)))
-    for look in _LOOKS:
+    for look in LIMITS.separating_looks:
         try:
             found = _errors(problem, state, residual, [3 + place for place in places], look)
         except (LostTrajectoryError, np.linalg.LinAlgError):
@@ -129,10 +127,13 @@ def _plausible(public: PublicParameters, tangle: CollinearLosses, stds: Array) -
     # From where one of them is 0 to where the other is.
     first, last = sorted([-one, -other / slope])
     # Beyond either end of the reach there is a standard deviation at least, if the sum leaves room for it.
-    low, high = min(-_REACH * stds[0], last - stds[0]), max(_REACH * stds[0], first + stds[0])
+    low, high = (
+        min(-LIMITS.separating_reach_sigma * stds[0], last - stds[0]),
+        max(LIMITS.separating_reach_sigma * stds[0], first + stds[0]),
+    )
     low, high = max(first, low), min(last, high)
     aside = low + (high - low) * _POINTS
-    return np.maximum(np.array([one + aside, other + slope * aside]), 1e-3 * stds[:, None])
+    return np.maximum(np.array([one + aside, other + slope * aside]), LIMITS.least_loss_sigma * stds[:, None])
 
 
 def _is_told(relative: Array, correlation: float) -> bool:
@@ -151,9 +152,11 @@ def _errors(
     """(window in s, errors of the two losses, their correlation) for the window itself and ever longer ones."""
     step_s, blocks = 1.0 / residual.rate_hz, residual.scaled.shape[1]
     first = round(problem.first * problem.record.dt_s / step_s)
-    ends = (blocks * _STEP ** np.arange(int(np.log(look) / np.log(_STEP)) + 1)).astype(int)
-    # A dozen samples per period tell as much as all of them, of less noise each.
-    rows = derivatives_of(problem.model, state, first, int(ends[-1]), 1, step_s)[problem.free]
+    ends = (
+        blocks * LIMITS.separating_step ** np.arange(int(np.log(look) / np.log(LIMITS.separating_step)) + 1)
+    ).astype(int)
+    # A dozen samples per period hold as much information as all of them, with less noise each.
+    rows = derivatives_of(problem.model, state, first=first, blocks=int(ends[-1]), block=1, dt_s=step_s)[problem.free]
     rows = rows / residual.sd[:, None]
     where = [int(np.count_nonzero(problem.free[:k])) for k in losses]
     fisher, begin, found = np.zeros((rows.shape[0], rows.shape[0])), 0, []

@@ -13,12 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .residual_jacobian import LinearisedResidual, fitted_subspace, noise_power, projected_out
 
-_STEPS = 8
-_FURTHEST = np.array([0.5, 3.0, 3.0, 3.0])  # of a step, over the length of the stretch: about where it is linear
-_GAIN = 1e-5  # of the explained power, below which no further step is worth it
+LIMITS = THRESHOLDS.goodness_of_fit
+_FURTHEST = np.array(LIMITS.sinusoid_furthest)
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class ProjectedResidual:
         return np.stack([projected_out(row, self.known).ravel() for row in rows])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DampedSinusoid:
     """An oscillation: shape (frequency in Hz; decay, chirp, bend in 1/s), and how well it is known.
 
@@ -82,11 +83,11 @@ def columns(wave: ComplexArray, channels: int) -> Array:
     return np.concatenate([eye * wave.real, eye * -wave.imag])
 
 
-def refined(
+def refine_sinusoid(
     cleared: ProjectedResidual, frequency_hz: float, decay_per_s: float
 ) -> tuple[DampedSinusoid, DampedSinusoid]:
     """The best wave from a start value: with an exponential decay at one frequency, and with chirp and bend."""
-    start = DampedSinusoid(np.array([frequency_hz, decay_per_s, 0.0, 0.0]), np.zeros(4), 0.0, 1.0)
+    start = DampedSinusoid(shape=np.array([frequency_hz, decay_per_s, 0.0, 0.0]), sd=np.zeros(4), gain=0.0, noise=1.0)
     plain = _climbed(cleared, start, 2)
     return plain, _climbed(cleared, plain, 4)
 
@@ -94,10 +95,10 @@ def refined(
 def _climbed(cleared: ProjectedResidual, start: DampedSinusoid, free: int) -> DampedSinusoid:
     """Gauss-Newton on the first `free` numbers of the shape, as long as chi^2 falls; amplitudes are solved for."""
     best, shape = replace(start, gain=-np.inf), start.shape
-    for _ in range(_STEPS):
+    for _ in range(LIMITS.sinusoid_steps):
         wave, step = _stepped(cleared, shape, free)
         if wave.gain > best.gain:
-            worth = wave.gain > (1.0 + _GAIN) * best.gain
+            worth = wave.gain > (1.0 + LIMITS.sinusoid_gain_share) * best.gain
             best, shape = wave, shape + np.clip(step, -_FURTHEST / cleared.seconds, _FURTHEST / cleared.seconds)
             if worth:
                 continue
@@ -120,4 +121,4 @@ def _stepped(cleared: ProjectedResidual, shape: Array, free: int) -> tuple[Dampe
     step, sd = np.zeros(4), np.zeros(4)
     step[:free] = moves[2 * channels :]
     sd[:free] = np.sqrt(noise * np.linalg.pinv(every @ every.T).diagonal()[2 * channels :])
-    return DampedSinusoid(shape, sd, float(signal @ explained), noise), step
+    return DampedSinusoid(shape=shape, sd=sd, gain=float(signal @ explained), noise=noise), step

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import math
 
-from ..numerics.arrays import Array
-from ..numerics.jit import fast_kernel
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.jit import fast_kernel
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .residual import Residual
 
-_STRETCHES = 8
+LIMITS = THRESHOLDS.goodness_of_fit
 
 
 def envelope_lack_of_fit_sigma(residual: Residual, left: float) -> float:
@@ -20,10 +22,10 @@ def envelope_lack_of_fit_sigma(residual: Residual, left: float) -> float:
 
     left: chi^2 that the residual has above the minimum, which a last small step would take off there.
     """
-    if residual.scaled.shape[1] < 3 * _STRETCHES:
+    if residual.scaled.shape[1] < LIMITS.envelope_stretch_means * LIMITS.envelope_stretches:
         return 0.0
-    seen = float(_along_motion(residual.scaled, residual.model, residual.sd, _STRETCHES)) - left
-    numbers = 2.0 * _STRETCHES
+    seen = float(_along_motion(residual.scaled, residual.model, residual.sd, LIMITS.envelope_stretches)) - left
+    numbers = 2.0 * LIMITS.envelope_stretches
     return (seen - numbers) / math.sqrt(2.0 * numbers)
 
 

@@ -1,4 +1,4 @@
-"""Flat tops under noise that was added after them, told from what else a fit can leave over.
+"""Flat tops under noise that was added after them, distinguished from everything else that a fit can leave over.
 
 What is cut off a channel's motion beyond a level is missing from the record, all of it: the residual is the excess of
 the motion over that level, with the sign of a loss and a factor near one. No torque and no gain has that shape.
@@ -11,16 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..numerics.arrays import Array
-from .residual_jacobian import LinearisedResidual, fitted_subspace, noise_power, projected_out
-from .thresholds import LIMITS
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_CUTS = 0.004 * 1.35 ** np.arange(16)  # of the peak
-PERIODS = 60.0  # a motion decays: the tops of its beginning are the first to be cut off, and the last
+from .residual_jacobian import LinearisedResidual, fitted_subspace, noise_power, projected_out
+
+LIMITS = THRESHOLDS.goodness_of_fit
+_CUTS = LIMITS.cut_first_share * LIMITS.cut_step ** np.arange(LIMITS.cut_count)
+PERIODS = LIMITS.cut_periods
+
 _SIDES = {"top": (1.0,), "bottom": (-1.0,), "top and bottom": (1.0, -1.0)}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FlatTop:
     """A channel whose motion is cut off.
 
@@ -49,7 +52,7 @@ def find_flat_tops(given: LinearisedResidual) -> FlatTop | None:
         factor = -float(np.vdot(shape, left)) / max(power, 1e-300)
         gain = factor**2 * power
         if LIMITS.cut_factor[0] < factor < LIMITS.cut_factor[1] and gain > LIMITS.cut_chi2 * noise:
-            found.append((gain, FlatTop(channel, side, gain / max(misfit, gain), cut)))
+            found.append((gain, FlatTop(channel=channel, side=side, share=gain / max(misfit, gain), cut=cut)))
     return max(found, key=lambda one: one[0])[1] if found else None
 
 

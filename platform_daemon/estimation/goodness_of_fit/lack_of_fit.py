@@ -11,27 +11,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..noise.level_uncertainty import level_sd
-from ..noise.model import NoiseModel
-from ..parameters import Estimate
-from ..refusal import Refusal, RefusedError
+from platform_daemon.estimation.noise.model import NoiseModel, level_sd
+from platform_daemon.estimation.parameters import Estimate
+from platform_daemon.estimation.refusal import Refusal, RefusedError
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+from .channel_gains import ChannelGains
 from .compression import Compression
 from .flat_tops import FlatTop
 from .omitted_component import ParameterShift
 from .residual import Residual
 from .second_oscillation import SecondOscillation
-from .thresholds import LIMITS
 
-_TOPS = 12  # block means
+LIMITS = THRESHOLDS.goodness_of_fit
 
 
 @dataclass(frozen=True)
 class ResidualFindings:
-    """What was found in a misfit: a second oscillation, a receiver that compresses, flat tops."""
+    """What was found in a misfit: a second oscillation, a compressing receiver, flat tops, other gains of channels."""
 
     second: SecondOscillation | None = None
     bent: Compression | None = None
     clipped: FlatTop | None = None
+    gains: ChannelGains | None = None
 
     @property
     def cut(self) -> FlatTop | None:
@@ -68,10 +70,10 @@ def refuse_lack_of_fit(model_name: str, residual: Residual, found: ResidualFindi
     explained = second.share if second is not None and _is_tone(second) else 0.0
     misfit = residual.unexplained * (1.0 - min(explained, 1.0))
     if misfit > LIMITS.misfit_share:
-        raise RefusedError(Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: {in_words(misfit)} is left over")
+        raise RefusedError(Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: {power_in_words(misfit)} is left over")
 
 
-def in_words(power: float) -> str:
+def power_in_words(power: float) -> str:
     """A share of the signal's power."""
     everything = power > LIMITS.everything_share
     return "as much as the signal itself, or more," if everything else f"{100.0 * power:.2g} % of the signal's power"
@@ -106,7 +108,7 @@ def refuse_second_oscillation(second: SecondOscillation | None, losses: Sequence
 def refuse_failed(residual: Residual, found: ResidualFindings, frequency_hz: float) -> None:
     """Name the cause why a fit failed by what a coarse fit of the whole record leaves over, if it shows.
 
-    No numbers are at stake, so that less is asked of a second oscillation than of one that refuses a good fit.
+    No numbers are published, so that the limits for a second oscillation are lower than where it refuses a good fit.
     """
     _refuse_cut(found.cut)
     refuse_compressed(found.bent)
@@ -147,10 +149,10 @@ def _refuse_clipped(residual: Residual) -> None:
     """
     for channel, (data, model, sd) in enumerate(zip(residual.data, residual.model, residual.sd, strict=True)):
         size = np.abs(data)
-        level = float(np.median(np.sort(size)[-_TOPS:]))
+        level = float(np.median(np.sort(size)[-LIMITS.clip_means :]))
         beyond = np.abs(model) > LIMITS.clip_level_ratio * level + LIMITS.clip_sigma * sd
         excess = np.abs(model[beyond]) - level
-        if np.count_nonzero(beyond) < _TOPS or np.ptp(excess) < LIMITS.clip_sigma * sd:
+        if np.count_nonzero(beyond) < LIMITS.clip_means or np.ptp(excess) < LIMITS.clip_sigma * sd:
             continue
         rise = float(np.polyfit(excess, np.sign(model[beyond]) * data[beyond], 1)[0])
         if rise < LIMITS.clip_slope:
@@ -158,7 +160,7 @@ def _refuse_clipped(residual: Residual) -> None:
 
 
 def _is_resonator(second: SecondOscillation) -> bool:
-    """Not steady, not a harmonic of the fitted motion, alone in the residual, and not too faint to be told."""
+    """Not steady, not a harmonic of the fitted motion, alone in the residual, and not too faint to be named."""
     if second.relative < LIMITS.side_mode_share:
         return False
     if second.turns >= LIMITS.apart_turns:
@@ -172,7 +174,7 @@ def _is_resonator(second: SecondOscillation) -> bool:
 
 
 def _is_tone(second: SecondOscillation) -> bool:
-    """Beside the harmonics of the motion, and steady as far as can be seen."""
+    """Between the harmonics of the motion, and steady as far as can be seen."""
     decays = second.decay_per_s > max(LIMITS.decay_sigma * second.decay_sd_per_s, LIMITS.steady_decay / second.seconds)
     return second.turns >= LIMITS.apart_turns and second.share > LIMITS.most_of_misfit and not decays
 
@@ -208,14 +210,22 @@ def lack_of_fit_warnings(
     elif second is not None and _is_resonator(second):
         moved = "".join(_moved(m, losses[m.name]) for m in second.moves if m.name in losses)
         warnings.append(f"side_mode: {_described(second)}{moved}")
+    elif found.gains is not None:
+        warnings.append(
+            f"channel_gains: gains and crosstalk that differ by about {100.0 * found.gains.largest:.2g} % from the "
+            f"calibration explain {100.0 * found.gains.share:.0f} % of what is left over; m_r and phi_max may be wrong "
+            "by as much or more, the other numbers by more than their errors: is the resonator off centre, or the "
+            "calibration of another place or gain?"
+        )
     elif share > LIMITS.burst_share and significance > LIMITS.burst_sigma:
         warnings.append(
-            f"residual_not_steady: {100.0 * share:.0f} % of it around t = {time_s:.3g} s: a spike, gap, step or switch?"
+            f"residual_not_steady: {100.0 * share:.0f} % of it around t = {time_s:.3g} s: a spike, gap, step or switch "
+            "there, or a motion that the model does not follow?"
         )
     if residual.coloured or chi2_is_large:
         warnings.append(
-            f"residual_not_white: flatness {residual.flatness.min():.2g}, {in_words(residual.unexplained)} left over"
-            f"{_widened(residual)}"
+            f"residual_not_white: flatness {residual.flatness.min():.2g}, "
+            f"{power_in_words(residual.unexplained)} left over{_widened(residual)}"
         )
     return tuple(warnings)
 

@@ -10,11 +10,13 @@ import math
 
 import numpy as np
 
-from ..least_squares.observation_model import DipoleObservation, Observation
-from ..least_squares.public_parameters import PublicParameters
-from ..parameters import RODRIGUES
-from ..physics.rotation import rodrigues_jacobian
-from .thresholds import LIMITS
+from platform_daemon.estimation.least_squares.observation_model import DipoleObservation, Observation
+from platform_daemon.estimation.least_squares.public_parameters import PublicParameters
+from platform_daemon.estimation.parameters import RODRIGUES
+from platform_daemon.estimation.physics.rotation import rodrigues_jacobian
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+LIMITS = THRESHOLDS.goodness_of_fit
 
 
 def mirror_warnings(observation: Observation, public: PublicParameters) -> tuple[str, ...]:

@@ -1,8 +1,8 @@
-"""Does another declared model explain a record better, and are the numbers of the asked one wrong for it?
+"""Does another declared model explain a record better, and are the numbers of the fitted one wrong for it?
 
-A record with a small undeclared effect must pass, since diagnosis starts from it: a little friction beside the viscous
-loss of a thread does not make it a jewel. A rival with more parameters takes such effects up, and so needs to move
-losses by more; one with as many does not.
+A record with a small undeclared effect must pass, since diagnosis starts from it: a little friction in addition to the
+viscous loss of a thread does not make it a jewel. A rival with more parameters takes such effects up, and so needs to
+move losses by more; one with as many does not.
 """
 
 from __future__ import annotations
@@ -11,20 +11,22 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ..least_squares.public_parameters import POOR_CHI2
-from ..parameters import Estimate
-from ..refusal import Refusal, RefusedError
-from .thresholds import LIMITS
+from platform_daemon.estimation.least_squares.public_parameters import POOR_CHI2
+from platform_daemon.estimation.parameters import Estimate
+from platform_daemon.estimation.refusal import Refusal, RefusedError
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+LIMITS = THRESHOLDS.goodness_of_fit
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ModelSummary:
     """What a model makes of a record.
 
     Attributes:
         name: of the model.
         chi2_per_dof: chi^2 over degrees of freedom.
-        excess: chi^2 that stands out of the noise in the residual's spectrum, over degrees of freedom.
+        excess: chi^2 that exceeds the noise in the residual's spectrum, over degrees of freedom.
         size: number of free parameters.
         losses: names of its losses.
         parameters: estimates by public name.
@@ -40,7 +42,7 @@ class ModelSummary:
     widening: float = 1.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Comparison:
     """Another declared model explains a record better.
 
@@ -55,7 +57,7 @@ class Comparison:
     complete: bool
 
 
-def compare(model: ModelSummary, other: ModelSummary, dof: int) -> Comparison | None:
+def compare_models(model: ModelSummary, other: ModelSummary, dof: int) -> Comparison | None:
     """What speaks against a model; None if the other one does not explain the record significantly better.
 
     One with as many parameters need not be better to cast doubt on numbers: it is enough that it is not worse.
@@ -68,9 +70,13 @@ def compare(model: ModelSummary, other: ModelSummary, dof: int) -> Comparison | 
     moved = _moved(model, other) if complete else ()
     if gain < least:
         doubtful = bool(moved) and other.size <= model.size
-        return Comparison(_seen(model, other, moved), decisive=False, complete=complete) if doubtful else None
+        return Comparison(seen=_seen(model, other, moved), decisive=False, complete=complete) if doubtful else None
     wrong = not model.losses or bool(moved) or _shrinks(model, other)
-    return Comparison(_seen(model, other, moved), wrong and gain > LIMITS.alternative_most * model.excess, complete)
+    return Comparison(
+        seen=_seen(model, other, moved),
+        decisive=wrong and gain > LIMITS.alternative_most * model.excess,
+        complete=complete,
+    )
 
 
 def _seen(model: ModelSummary, other: ModelSummary, moved: Sequence[str]) -> str:
@@ -93,7 +99,7 @@ def _shrinks(model: ModelSummary, other: ModelSummary) -> bool:
 
 
 def _moved(model: ModelSummary, other: ModelSummary) -> tuple[str, ...]:
-    """Names of the numbers of both that are surely wrong in the first, by more than a number may be."""
+    """Names of the numbers of both that are significantly wrong in the first, by more than a number may be."""
     # psi and the pose are labels that hang on these.
     alike = ("f_nat_hz", "m_r_am2", "phi_max_rad", *model.losses)
     shared = [name for name in alike if name in model.parameters and name in other.parameters]

@@ -1,9 +1,10 @@
-"""What the residual of an angle tells of its own noise: the level above the motion's harmonics, and what is below.
+"""The noise of an angle as its residual shows it: the level above the motion's harmonics, and what is below.
 
 The noise of an angle record cannot be measured beside the few harmonics of few periods. What a model leaves over
-stands at the low harmonics; the noise reaches further up. So the upper part of the residual's spectrum shows the
+is at the low harmonics; the noise reaches further up. So the upper part of the residual's spectrum shows the
 noise, and the lower part shows whether the residual is nothing else. Both bands are wide and lie side by side: what
-colours noise smoothly (a sensor that is slow, coarse steps) hardly tells them apart, a misfit does by orders.
+colours noise smoothly (a sensor that is slow, coarse steps) makes them hardly differ; a misfit makes them differ by
+orders of magnitude.
 """
 
 from __future__ import annotations
@@ -14,20 +15,19 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import rfft
 
-from ..numerics.arrays import Array
-from .thresholds import LIMITS
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-POINTS_PER_PERIOD = 36.0  # the band then reaches beyond _HIGHEST
-_SPLIT = 3.5  # harmonics; hardly any misfit is at higher ones alone
-_HIGHEST = 16.0  # harmonics; the neighbourhood
-_FEWEST = 16  # bins in either band
+LIMITS = THRESHOLDS.goodness_of_fit
+POINTS_PER_PERIOD = LIMITS.floor_points_per_period
+
 _SHARED = 35.0 / 18.0  # variance of a mean over bins of a Hann window, over that of independent ones
 _MEDIAN = 1.0 / math.log(2.0)  # relative standard deviation of a median of powers, over that of their mean
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class NoiseFloor:
-    """The noise that a residual shows, and what stands on it.
+    """The noise that a residual shows, and the misfit above it.
 
     Attributes:
         density: power density above the harmonics, two-sided, in the record's unit squared per Hz.
@@ -48,7 +48,7 @@ class NoiseFloor:
     def widening(self, sd: float, rate_hz: float) -> float:
         """So many times the variances that noise of this standard deviation explains, at this sampling rate.
 
-        Beside a misfit, what it would do to them were it noise; it is none, and can move the parameters further still.
+        A misfit counts as if it were noise. It is none, and can move the parameters further still.
         Without one, what noise does whose density is highest near the motion; 1 where that is not beyond doubt.
         """
         above = self.density * rate_hz / sd**2
@@ -63,15 +63,20 @@ def noise_floor_of(residual: Array, rate_hz: float, frequency_hz: float) -> Nois
     taper = np.hanning(n)
     power = np.abs(rfft((residual - residual.mean()) * taper)) ** 2 / float(taper @ taper)
     harmonic = np.arange(power.size) * rate_hz / (n * frequency_hz)
-    low = power[(harmonic > 0.0) & (harmonic < _SPLIT)]
-    # Lines of misfit at high harmonics stand in less than half of these bins.
-    high = power[(harmonic >= _SPLIT) & (harmonic < _HIGHEST)]
-    if min(low.size, high.size) < _FEWEST:
+    low = power[(harmonic > 0.0) & (harmonic < LIMITS.floor_split_harmonics)]
+    # Lines of misfit at high harmonics are in less than half of these bins.
+    high = power[(harmonic >= LIMITS.floor_split_harmonics) & (harmonic < LIMITS.floor_highest_harmonics)]
+    if min(low.size, high.size) < LIMITS.floor_bins:
         return None
     level = max(float(np.median(high)) * _MEDIAN, 1e-300)
     excess = float(low.mean()) / level
     chance = _MEDIAN**2 / high.size
-    return NoiseFloor(level / rate_hz, _surely(chance), excess, excess > _surely(chance, 1.0 / low.size))
+    return NoiseFloor(
+        density=level / rate_hz,
+        surely_above=_surely(chance),
+        excess=excess,
+        sure=excess > _surely(chance, 1.0 / low.size),
+    )
 
 
 def _surely(*variances: float) -> float:

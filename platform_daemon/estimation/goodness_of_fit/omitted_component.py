@@ -12,14 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..numerics.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .damped_sinusoid import DampedSinusoid, carrier, columns
 from .residual_jacobian import LinearisedResidual
 
-_EARLY = 16  # part of the stretch from which the fitted signal's size at the beginning is read
+LIMITS = THRESHOLDS.goodness_of_fit
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ParameterShift:
     """A published parameter that moves: its value in the fit, the shift when the wave is fitted too, its error."""
 
@@ -55,24 +57,29 @@ def fit_with_component(given: LinearisedResidual, wave: DampedSinusoid) -> Omitt
     p = given.derivatives.shape[0]
     shifts = given.published @ fitted[:p]
     sds = np.sqrt((given.published @ covariance[:p, :p] * given.published).sum(axis=1))
-    moves = zip(given.names, given.values.tolist(), shifts.tolist(), sds.tolist(), strict=True)
-    return OmittedComponent(
-        _relative(fitted[p:], float(wave.shape[0]), given), tuple(ParameterShift(*m) for m in moves)
+    moves = tuple(
+        ParameterShift(name=name, value=value, shift=shift, sd=sd)
+        for name, value, shift, sd in zip(
+            given.names, given.values.tolist(), shifts.tolist(), sds.tolist(), strict=True
+        )
     )
+    return OmittedComponent(_relative(fitted[p:], float(wave.shape[0]), given), moves)
 
 
 def _solved(rows: Array, signal: Array, noise: float) -> tuple[Array, Array]:
     """Least squares by rows (k, m) and their covariance (k, k); what no data determine stays where it is."""
     norms = np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
     left, values, right = np.linalg.svd(rows / norms[:, None], full_matrices=False)
-    kept = values > 1e-9 * values[0]
+    kept = values > LIMITS.component_share * values[0]
     spread = left[:, kept] / values[kept] / norms[:, None]
     return spread @ (right[kept] @ signal), noise * spread @ spread.T
 
 
 def _relative(amplitudes: Array, frequency_hz: float, given: LinearisedResidual) -> float:
     """Size of an oscillation with these amplitudes (2 channels,) over that of the fitted signal at its beginning."""
-    early = given.motion[:, : max(8, given.motion.shape[1] // _EARLY)] * given.sd[:, None]
+    early = (
+        given.motion[:, : max(LIMITS.early_means, given.motion.shape[1] // LIMITS.early_divisor)] * given.sd[:, None]
+    )
     main = float(np.sqrt(2.0 * np.mean(early**2, axis=1).sum()))
     # Means of blocks show fast oscillations smaller than they are.
     seen, of_main = np.sinc(frequency_hz / given.rate_hz), np.sinc(given.fundamental_hz / given.rate_hz)

@@ -1,4 +1,4 @@
-"""What a fit leaves over: its residual as block means in units of the noise, how white it is, and where it stands out.
+"""What a fit leaves over: its residual as block means in units of the noise, how white it is, and where it is largest.
 
 The noise's own level is not trusted here: what contaminates a record also raises the noise measured beside the
 signal. Whiteness compares the residual with itself, bin by bin and stretch by stretch.
@@ -14,20 +14,20 @@ from statistics import median
 import numpy as np
 from scipy.fft import prev_fast_len, rfft
 
-from ..noise.model import OF_RECORD, NoiseModel
-from ..numerics.arrays import Array, IntArray, medians
-from ..numerics.jit import fast_kernel
+from platform_daemon.estimation.noise.model import OF_RECORD, NoiseModel
+from platform_daemon.estimation.numerics.arrays import Array, IntArray, medians
+from platform_daemon.estimation.numerics.jit import fast_kernel
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .noise_floor import NoiseFloor
-from .thresholds import LIMITS
+
+LIMITS = THRESHOLDS.goodness_of_fit
 
 _EULER = 0.57721566490153286  # -mean of the logarithm of an exponentially distributed power
 _FLATNESS_SD = math.sqrt(math.pi**2 / 6.0 - 1.0)  # of the logarithm of the flatness, times sqrt(bins)
-_STRETCHES = 16
-_OCTAVE_BANDS = 4
-_SMALLEST_BAND = 6.0  # independent values
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Residual:
     """Block means of the residual.
 
@@ -37,7 +37,7 @@ class Residual:
         rate_hz: blocks per second.
         start_s: middle of the first block.
         noise: its spectrum says what is only colour.
-        floor: of an angle: what its residual tells of its own noise, where that can be told.
+        floor: of an angle: the noise that its residual shows, where it can be measured.
         widening: so many times the variances that the noise explains, by what the floor shows.
     """
 
@@ -84,7 +84,7 @@ class Residual:
 
     @property
     def with_lines(self) -> Array:
-        """The spectrum in which steady lines show: noise that the record itself tells has them in its colour."""
+        """The spectrum in which steady lines show: noise of the record itself has them in its colour."""
         return self._power if self.noise.source in OF_RECORD else self.spectrum
 
     @property
@@ -133,7 +133,7 @@ class Residual:
 
     @cached_property
     def line_power(self) -> float:
-        """Power of the strongest line of any channel, relative to the model's; 0: none stands out of its spectrum."""
+        """Power of the strongest line of any channel, relative to the model's; 0: none exceeds its spectrum."""
         blocks = self.data.shape[1]
         share = 2.0 / self._length * blocks / max(float(np.vdot(self.model, self.model)), 1e-300)
         # Hardly any record gets beyond this cheap bound.
@@ -145,21 +145,21 @@ class Residual:
 
     @property
     def excess(self) -> float:
-        """Chi^2 of the block means that surely stands out of the noise that the residual's spectrum shows."""
+        """Chi^2 of the block means that significantly exceeds the noise that the residual's spectrum shows."""
         beyond = float(np.maximum(self._power.mean(axis=1) - self._level, 0.0).sum()) * self.scaled.shape[1]
         return max(0.0, beyond - LIMITS.power_sigma * math.sqrt(2.0 * self.scaled.size))
 
     @cached_property
     def coloured(self) -> bool:
-        """True if a channel's residual is beyond doubt not white, whatever its level."""
+        """True if a channel's residual is beyond doubt not white, at any level."""
         if self.floor is not None and (self.floor.sure or self.noise.source in OF_RECORD):
-            # Beside few harmonics the colour of an angle's noise is not known.
+            # Between few harmonics the colour of an angle's noise is not known.
             return self.floor.sure and not self.is_rounding
         return self.colour_sigma > LIMITS.colour_sigma and float(self.flatness.min()) < LIMITS.flatness
 
     def outburst(self) -> tuple[float, float, float]:
-        """(time in s, share of all power, significance in sd) of the stretch that stands out most."""
-        length = max(1, self.scaled.shape[1] // _STRETCHES)
+        """(time in s, share of all power, significance in sd) of the stretch with the most power."""
+        length = max(1, self.scaled.shape[1] // LIMITS.burst_stretches)
         count = self.scaled.shape[1] // length
         pieces = self.scaled[:, : count * length].reshape(-1, count, length)
         powers = np.einsum("ckl,ckl->k", pieces, pieces).tolist()
@@ -200,26 +200,32 @@ def _colour(noise: NoiseModel, length: int, rate_hz: float) -> Array:
 def _bands(noise: NoiseModel) -> tuple[Array, Array]:
     """Middles (m,) in Hz of wide bands and the mean logarithm of the density in them, (channels, m).
 
-    Bins that were only interpolated tell nothing; a band holds so many of the others that it is no chance.
+    Interpolated bins are left out; a band holds enough of the others for its mean to be no chance.
     """
     grid, degrees = noise.frequency_hz, noise.degrees
-    told = np.full(grid.size, 1e9) if degrees is None else degrees / noise.correlated_bins
-    seen = np.flatnonzero(told > 0.0)
+    independent = np.full(grid.size, LIMITS.known_degrees) if degrees is None else degrees / noise.correlated_bins
+    seen = np.flatnonzero(independent > 0.0)
     if seen.size == 0:
         return grid[:1], np.zeros((noise.psd.shape[0], 1))
-    edges = _edges(seen, told[seen], grid.size)
+    edges = _edges(seen, independent[seen], grid.size)
     counts = np.diff(np.append(edges, seen.size))
     levels = np.add.reduceat(np.log(np.maximum(noise.psd[:, seen], 1e-300)), edges, axis=1) / counts
     return np.add.reduceat(grid[seen], edges) / counts, levels
 
 
-def _edges(seen: IntArray, told: Array, bins: int) -> IntArray:
-    """Where bands begin in a list of bins, seen (k,), that hold so many independent values each, told (k,)."""
-    octaves = max(1.0, math.log2(bins / 8.0))
-    limits = np.searchsorted(seen, np.geomspace(8, bins, int(_OCTAVE_BANDS * octaves)).astype(int)[:-1]).tolist()
-    sums = np.concatenate([[0.0], np.cumsum(told)]).tolist()
+def _edges(seen: IntArray, independent: Array, bins: int) -> IntArray:
+    """Where bands begin in a list of bins, seen (k,), each with `independent` (k,) values."""
+    octaves = max(1.0, math.log2(bins / LIMITS.colour_first_bins))
+    limits = np.searchsorted(
+        seen,
+        np.geomspace(LIMITS.colour_first_bins, bins, int(LIMITS.colour_bands_per_octave * octaves)).astype(int)[:-1],
+    ).tolist()
+    sums = np.concatenate([[0.0], np.cumsum(independent)]).tolist()
     edges = [0]
     for limit in limits:
-        if sums[limit] - sums[edges[-1]] >= _SMALLEST_BAND and sums[-1] - sums[limit] >= _SMALLEST_BAND:
+        if (
+            sums[limit] - sums[edges[-1]] >= LIMITS.colour_band_values
+            and sums[-1] - sums[limit] >= LIMITS.colour_band_values
+        ):
             edges.append(limit)
     return np.array(edges)

@@ -8,14 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.fft import rfft
 
-from ..least_squares.gauss_newton import FitState, coefficient_jacobian
-from ..least_squares.public_parameters import public_jacobian
-from ..numerics.arrays import Array, ComplexArray
-from ..physics.models import RingDownModel
-from ..physics.trajectory.direct import Trajectory
+from platform_daemon.estimation.least_squares.gauss_newton import FitState, coefficient_jacobian
+from platform_daemon.estimation.least_squares.public_parameters import public_jacobian
+from platform_daemon.estimation.numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import Trajectory
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .residual import Residual
 
-_CHUNK_BLOCKS = 1 << 10
+LIMITS = THRESHOLDS.goodness_of_fit
 
 
 @dataclass(frozen=True)
@@ -51,11 +53,13 @@ class LinearisedResidual:
 
 
 def linearise_residual(
-    residual: Residual, model: RingDownModel, state: FitState, free: np.ndarray, first: int, dt_s: float
+    residual: Residual, *, model: RingDownModel, state: FitState, free: np.ndarray, first: int, dt_s: float
 ) -> LinearisedResidual:
-    """Integrate the motion anew with its sensitivities; first: sample at which the window begins."""
+    """Integrate the motion again with its sensitivities; first: sample at which the window begins."""
     block = round(1.0 / (residual.rate_hz * dt_s))
-    derivatives = derivatives_of(model, state, first, residual.scaled.shape[1], block, dt_s)[free]
+    derivatives = derivatives_of(model, state, first=first, blocks=residual.scaled.shape[1], block=block, dt_s=dt_s)[
+        free
+    ]
     # Elliptic integral to second order: good to a thousandth at 60 degrees.
     slowing = 1.0 - state.dynamics.amplitude**2 / 16.0
     names, values, published = public_jacobian(model, state)
@@ -72,14 +76,14 @@ def linearise_residual(
     )
 
 
-def derivatives_of(model: RingDownModel, state: FitState, first: int, blocks: int, block: int, dt_s: float) -> Array:
+def derivatives_of(model: RingDownModel, state: FitState, *, first: int, blocks: int, block: int, dt_s: float) -> Array:
     """Block means of the signal's derivatives by all parameters, (size, channels, blocks)."""
     d, seen = state.dynamics, state.observation
     trajectory = Trajectory(model, d, (first + blocks * block) * dt_s)
     jacobian = coefficient_jacobian(model, state)
     out = np.empty((*jacobian.shape[:2], blocks))
-    for begin in range(0, blocks, _CHUNK_BLOCKS):
-        end = min(begin + _CHUNK_BLOCKS, blocks)
+    for begin in range(0, blocks, LIMITS.jacobian_chunk):
+        end = min(begin + LIMITS.jacobian_chunk, blocks)
         basis = trajectory.basis(first + begin * block, first + end * block, dt_s, seen.observable)
         means = basis.reshape(basis.shape[0], end - begin, block).mean(axis=2)
         out[..., begin:end] = np.tensordot(jacobian, means, 1)
@@ -88,7 +92,7 @@ def derivatives_of(model: RingDownModel, state: FitState, first: int, blocks: in
 
 def fitted_subspace(given: LinearisedResidual) -> Array:
     """Orthonormal basis (k, channels, n) of what the fit and a gain per channel can move."""
-    return _orthonormal(np.concatenate([given.derivatives, _gains(given.motion)]))
+    return orthonormal(np.concatenate([given.derivatives, _gains(given.motion)]))
 
 
 def projected_out(signal: Array, known: Array) -> Array:
@@ -114,7 +118,7 @@ def phase_of(given: LinearisedResidual) -> Array:
 
 def _analytic(signal: Array) -> ComplexArray:
     """The signal (channels, n) and its quadrature, as a complex number."""
-    from scipy.signal import hilbert  # here, because hardly any fit gets this far
+    from scipy.signal import hilbert  # here, because few fits get this far
 
     return np.asarray(hilbert(signal, axis=1))
 
@@ -125,10 +129,10 @@ def _gains(motion: Array) -> Array:
     return np.concatenate([np.eye(motion.shape[0])[:, :, None] * part[:, None, :] for part in (motion, quadrature)])
 
 
-def _orthonormal(rows: Array) -> Array:
+def orthonormal(rows: Array) -> Array:
     """An orthonormal basis of the space of rows (k, channels, n)."""
     flat = rows.reshape(rows.shape[0], -1)
     norms = np.linalg.norm(flat, axis=1)
     flat = flat[norms > 0.0] / norms[norms > 0.0, None]
     _, values, basis = np.linalg.svd(flat, full_matrices=False)
-    return np.asarray(basis[values > 1e-9 * values[0]].reshape(-1, *rows.shape[1:]))
+    return np.asarray(basis[values > LIMITS.subspace_share * values[0]].reshape(-1, *rows.shape[1:]))

@@ -1,4 +1,4 @@
-"""A second resonator in the same record, told from what else a fit can leave over.
+"""A second resonator in the same record, distinguished from everything else that a fit can leave over.
 
 A candidate is a decaying oscillation of any axis and phase, added to the fit in linear approximation, so that what the
 fit has already absorbed of it is given back:
@@ -18,20 +18,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import next_fast_len, rfft
 
-from ..numerics.arrays import Array, ComplexArray
-from .damped_sinusoid import DampedSinusoid, ProjectedResidual, carrier, projected_residual, refined
+from platform_daemon.estimation.numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+from .damped_sinusoid import DampedSinusoid, ProjectedResidual, carrier, projected_residual, refine_sinusoid
 from .omitted_component import ParameterShift, fit_with_component
 from .residual_jacobian import LinearisedResidual, noise_power, phase_of
-from .thresholds import LIMITS
 
-_PADDING = 4  # grid points per resolved frequency step
-_BAND = (0.2, 5.9)  # of the fundamental, in which candidates are sought; block means end at six
-_DECAYS = (0.0, 1.0, 3.0)  # over the stretch, as exponents
-_STRETCH_PERIODS = (20.0, 60.0)  # a friction-damped companion changes its frequency over longer stretches
-_ENDS = 20  # part of a stretch at either end where the phase of a motion is not well known
+LIMITS = THRESHOLDS.goodness_of_fit
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SecondOscillation:
     """A second oscillation.
 
@@ -59,7 +56,7 @@ class SecondOscillation:
     moves: tuple[ParameterShift, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Candidate:
     """The best of a grid: a stretch, frequency and decay, and the share of the misfit that it removes."""
 
@@ -72,7 +69,9 @@ class _Candidate:
 def find_second_oscillation(leftover: LinearisedResidual) -> SecondOscillation | None:
     """The candidate that removes most of the misfit, over the beginning or over the whole window."""
     whole = leftover.scaled.shape[1]
-    short, usual = (min(whole, int(p * leftover.rate_hz / leftover.fundamental_hz)) for p in _STRETCH_PERIODS)
+    short, usual = (
+        min(whole, int(p * leftover.rate_hz / leftover.fundamental_hz)) for p in LIMITS.candidate_stretch_periods
+    )
     best = _best_of(leftover, {usual, whole})
     if best is not None and best.share < LIMITS.whole_stretch_share:
         best = _best_of(leftover, {short}) or best
@@ -88,7 +87,7 @@ def _best_of(leftover: LinearisedResidual, lengths: Iterable[int]) -> _Candidate
 def _second_oscillation(candidate: _Candidate) -> SecondOscillation | None:
     """The candidate with its frequency and decay sharpened, and what the fit would do with it; None: no oscillation."""
     at = candidate.cleared
-    plain, wave = refined(at, candidate.frequency_hz, candidate.decay_per_s)
+    plain, wave = refine_sinusoid(at, candidate.frequency_hz, candidate.decay_per_s)
     frequency = float(wave.shape[0])
     if np.pi * frequency < LIMITS.least_quality * (wave.shape[1] + wave.shape[3]) or frequency < 0.0:
         return None
@@ -118,7 +117,7 @@ def _turns(given: LinearisedResidual, wave: DampedSinusoid, harmonic: int) -> fl
     n = given.scaled.shape[1]
     carried, _ = carrier(wave.shape, n, given.rate_hz)
     beat = np.unwrap(np.angle(carried)) - harmonic * phase_of(given)
-    inner = beat[n // _ENDS : n - n // _ENDS]
+    inner = beat[n // LIMITS.phase_ends_divisor : n - n // LIMITS.phase_ends_divisor]
     return float(np.ptp(inner)) / (2.0 * np.pi) * n / inner.size
 
 
@@ -128,13 +127,18 @@ def _scan(at: ProjectedResidual) -> _Candidate | None:
     n = left.shape[1]
     noise = noise_power(left)
     misfit = float(np.sum(left**2)) - noise * left.size
-    size = next_fast_len(_PADDING * n, real=True)
-    low, high = (int(b * given.fundamental_hz / given.rate_hz * size) for b in _BAND)
-    bins = np.arange(max(low, _PADDING), min(high, size // 2 - _PADDING))
+    size = next_fast_len(LIMITS.candidate_padding * n, real=True)
+    low, high = (int(b * given.fundamental_hz / given.rate_hz * size) for b in LIMITS.candidate_band)
+    bins = np.arange(max(low, LIMITS.candidate_padding), min(high, size // 2 - LIMITS.candidate_padding))
     if bins.size == 0 or misfit < LIMITS.misfit_sigma * noise * np.sqrt(left.size):
         return None
-    gain, k, decay = max((*_best(left, at.known, d, size, bins), d) for d in _DECAYS)
-    return _Candidate(at, float(bins[k]) * given.rate_hz / size, decay / at.seconds, _share(at, gain, noise))
+    gain, k, decay = max((*_best(left, at.known, d, size, bins), d) for d in LIMITS.candidate_decays)
+    return _Candidate(
+        cleared=at,
+        frequency_hz=float(bins[k]) * given.rate_hz / size,
+        decay_per_s=decay / at.seconds,
+        share=_share(at, gain, noise),
+    )
 
 
 def _best(left: Array, known: Array, decay: float, size: int, bins: np.ndarray) -> tuple[float, int]:
@@ -173,7 +177,8 @@ def _gram(squared: ComplexArray, known: ComplexArray) -> Array:
     """
     channels = known.shape[1]
     eye = np.eye(channels)
-    total, at_twice = squared[0].real, squared[1:, None, None]
+    total = squared[0].real
+    at_twice = squared[1:, None, None]
     cos2, sin2 = (0.5 * (total + sign * at_twice.real) * eye for sign in (1.0, -1.0))
     both = -0.5 * at_twice.imag * eye
     gram = np.concatenate(
@@ -181,4 +186,4 @@ def _gram(squared: ComplexArray, known: ComplexArray) -> Array:
     )  # fmt: skip
     columns = np.stack([_real(row) for row in known], axis=2)
     gram = gram - columns @ columns.transpose(0, 2, 1)
-    return np.asarray(gram + 1e-3 * total * np.eye(2 * channels))
+    return np.asarray(gram + LIMITS.candidate_regularisation * total * np.eye(2 * channels))

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import math
 
-from ..least_squares.constraints import refuse_out_of_bounds
-from ..least_squares.gauss_newton import FitState
-from ..least_squares.problem import FitProblem, Minimum
-from ..least_squares.public_parameters import PublicParameters, by_convention, propagate_to_public
-from ..refusal import Refusal, RefusedError
-from ..result import FitResult, FittedModel
-from ..solve import FAILURES, refuse_beat
-from ..task import Task
+from platform_daemon.estimation.least_squares.constraints import refuse_out_of_bounds
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.problem import FitProblem, Minimum
+from platform_daemon.estimation.least_squares.public_parameters import (
+    PublicParameters,
+    by_convention,
+    propagate_to_public,
+)
+from platform_daemon.estimation.prepared_record import PreparedRecord
+from platform_daemon.estimation.refusal import Refusal, RefusedError
+from platform_daemon.estimation.result import FitResult, FittedModel
+from platform_daemon.estimation.solve import FAILURES, refuse_beat
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .acceptance import doubts, is_unexplained, refuse_unexplained, refuse_untrustworthy
 from .block_residual import residual_of
+from .channel_gains import find_channel_gains
 from .collinearity import CollinearLosses, collinear_losses, collinearity_warning, separating_window_s
 from .compression import find_compression
 from .flat_tops import PERIODS, find_flat_tops
@@ -30,32 +37,34 @@ from .lack_of_fit import (
     refuse_shape,
 )
 from .mirror_ambiguity import mirror_warnings
+from .plausibility import plausibility_warnings
 from .residual import Residual
 from .residual_jacobian import LinearisedResidual, linearise_residual
 from .second_oscillation import SecondOscillation, find_second_oscillation
-from .thresholds import LIMITS
+
+LIMITS = THRESHOLDS.goodness_of_fit
 
 
-def assess_fit(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> FitResult:
+def assess_fit(prepared: PreparedRecord, problem: FitProblem, best: Minimum, residual: Residual) -> FitResult:
     """Quality figures and the verdict."""
-    record, model, chosen = task.record, problem.model, task.chosen
+    record, model, chosen = prepared.record, problem.model, prepared.chosen
     squares = float(best.normal.squares_by_channel.sum())
     energy = float(best.moments.energy.sum())
     sums = best.moments.products[:, -1]
-    r2 = 1.0 - squares / (energy - float(sums @ sums) / task.samples)
+    r2 = 1.0 - squares / (energy - float(sums @ sums) / prepared.samples)
     nrmse = math.sqrt(squares / energy)
-    dof = task.degrees(problem)
+    dof = prepared.degrees(problem)
     chi2 = best.normal.chi2 / dof
     by_channel = tuple(float(c) * record.channels / dof for c in best.normal.chi2_by_channel)
-    found = residual_findings(task, problem, best, residual)
+    found = residual_findings(prepared, problem, best, residual)
     if is_unexplained(r2, chi2):
-        refuse_beat(task)
-        refuse_second_oscillation(found.second, model.losses, task.frequency_hz)
+        refuse_beat(prepared)
+        refuse_second_oscillation(found.second, model.losses, prepared.frequency_hz)
     refuse_unexplained(model.name, r2, chi2)
     refuse_shape(residual, found)
-    refuse_second_oscillation(found.second, model.losses, task.frequency_hz)
+    refuse_second_oscillation(found.second, model.losses, prepared.frequency_hz)
     refuse_lack_of_fit(model.name, residual, found)
-    public = public_parameters(task, problem, best)
+    public = published_parameters(prepared, problem, best)
     state = by_convention(best.state, model)
     refuse_untrustworthy(model, public)
     refuse_out_of_bounds(model, public, state.dynamics.amplitude)
@@ -69,12 +78,13 @@ def assess_fit(task: Task, problem: FitProblem, best: Minimum, residual: Residua
                 residual,
                 found,
                 {n: public.parameters[n] for n in model.losses},
-                chi2_is_large=is_large(chi2, dof, task.noise),
+                chi2_is_large=is_large(chi2, dof, prepared.noise),
             ),
-            *task.doubts,
+            *prepared.doubts,
             *tangled,
-            *doubts(model, public, tangle, task.periods),
+            *doubts(model, public, tangle, prepared.periods),
             *mirror_warnings(state.observation, public),
+            *plausibility_warnings(record.quantity, public.parameters),
         ),
         notes=(*chosen.notes, *problem.knowledge.notes, *colour_notes(residual)),
         parameters=public.parameters,
@@ -88,9 +98,9 @@ def assess_fit(task: Task, problem: FitProblem, best: Minimum, residual: Residua
         condition=public.condition,
         inseparable=() if tangle is None else tangle.names,
         window_s=chosen.last * record.dt_s,
-        samples=task.samples,
+        samples=prepared.samples,
         iterations=problem.passes,
-        noise_source=task.noise.source,
+        noise_source=prepared.noise.source,
         fitted=FittedModel(model, state),
     )
 
@@ -98,57 +108,73 @@ def assess_fit(task: Task, problem: FitProblem, best: Minimum, residual: Residua
 def _collinearity_seen(
     problem: FitProblem, state: FitState, residual: Residual, public: PublicParameters, tangle: CollinearLosses
 ) -> str:
-    """The losses that cannot be told apart, with the window in which they could be."""
+    """The losses that cannot be separated, with the window in which they could be."""
     return collinearity_warning(tangle, separating_window_s(problem, state, residual, public, tangle))
 
 
-def public_parameters(task: Task, problem: FitProblem, best: Minimum) -> PublicParameters:
+def published_parameters(prepared: PreparedRecord, problem: FitProblem, best: Minimum) -> PublicParameters:
     """The public parameters of a minimum."""
     state = by_convention(best.state, problem.model)
     try:
-        # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
-        normal = best.normal if state is best.state else problem.evaluate(state, task.chosen.last).normal
+        # The start already obeyed the convention; only a fit that crossed over needs its derivatives again.
+        normal = best.normal if state is best.state else problem.evaluate(state, prepared.chosen.last).normal
         return propagate_to_public(problem.model, state, normal, problem.free)
     except FAILURES as error:
         raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error
 
 
-def residual_findings(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> ResidualFindings:
-    """What stands in the residual, if it is not noise; a second oscillation and a bend only if worth a search."""
+def residual_findings(
+    prepared: PreparedRecord, problem: FitProblem, best: Minimum, residual: Residual
+) -> ResidualFindings:
+    """What the residual holds, if it is not noise; a second oscillation and a bend only if worth a search."""
     # An angle of few digits leaves small lines everywhere.
-    angle = task.record.quantity == "angle"
+    angle = prepared.record.quantity == "angle"
     thorough = residual.coloured and may_be_compressed(residual) if angle else is_worth_a_search(residual)
     if not (residual.coloured or thorough):
         return ResidualFindings()
-    beginning = int(PERIODS * residual.rate_hz / task.frequency_hz)
-    args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
+    beginning = int(PERIODS * residual.rate_hz / prepared.frequency_hz)
     try:
-        leftover = linearise_residual(residual if thorough else residual.beginning(beginning), *args)
+        leftover = linearise_residual(
+            residual if thorough else residual.beginning(beginning),
+            model=problem.model,
+            state=best.tabulated,
+            free=problem.free,
+            first=prepared.chosen.first,
+            dt_s=prepared.record.dt_s,
+        )
         clipped = find_flat_tops(leftover.beginning(beginning))
+        gains = find_channel_gains(leftover)
         if not thorough:
-            return ResidualFindings(clipped=clipped)
+            return ResidualFindings(clipped=clipped, gains=gains)
         bent = find_compression(leftover) if may_be_compressed(residual) else None
-        return ResidualFindings(_second(leftover, task, best), bent, clipped)
+        return ResidualFindings(_second(leftover, prepared, best), bent, clipped, gains)
     except FAILURES as error:
         raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
 
 
-def _second(leftover: LinearisedResidual, task: Task, best: Minimum) -> SecondOscillation | None:
+def _second(leftover: LinearisedResidual, prepared: PreparedRecord, best: Minimum) -> SecondOscillation | None:
     """A second oscillation; in an angle none that may be the swing itself."""
     second = find_second_oscillation(leftover)
-    angle = task.record.quantity == "angle"
-    return None if second is not None and angle and _may_be_motion(second.frequency_hz, task, best) else second
+    angle = prepared.record.quantity == "angle"
+    return None if second is not None and angle and _may_be_motion(second.frequency_hz, prepared, best) else second
 
 
-def _may_be_motion(frequency_hz: float, task: Task, best: Minimum) -> bool:
-    """True where the harmonics of a swing sweep along, or too near to tell: few periods hold a wide sweep."""
-    margin = LIMITS.apart_turns / (task.samples * task.record.dt_s)
+def _may_be_motion(frequency_hz: float, prepared: PreparedRecord, best: Minimum) -> bool:
+    """True at the harmonics of a swing and over their sweep: in few periods it is wide."""
+    margin = LIMITS.apart_turns / (prepared.samples * prepared.record.dt_s)
     return bool(zones_of(best.state, margin).holds(frequency_hz))
 
 
-def residual_left(task: Task, problem: FitProblem, best: Minimum) -> Residual:
+def residual_left(prepared: PreparedRecord, problem: FitProblem, best: Minimum) -> Residual:
     """What the fit leaves over."""
     try:
-        return residual_of(task.record, problem.workspace, best.tabulated, task.chosen, task.noise, task.noise_sd)
+        return residual_of(
+            prepared.record,
+            problem.workspace,
+            best.tabulated,
+            chosen=prepared.chosen,
+            noise=prepared.noise,
+            noise_sd=prepared.noise_sd,
+        )
     except FAILURES as error:
         raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error

@@ -8,25 +8,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..numerics.arrays import Array, ComplexArray
-from ..physics.orbit import amplitude_from_second_harmonic, first_harmonic, frequency_ratio, nome
+from platform_daemon.estimation.numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.physics.orbit import (
+    amplitude_from_second_harmonic,
+    first_harmonic,
+    frequency_ratio,
+    nome,
+)
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_SHARE = 2.0 / 3.0  # of the stretch, in each of the two windows
-_KAISER_BETA = 14.0  # side lobes below 1e-5
+LIMITS = THRESHOLDS.harmonic_estimator
 
 
-class Stretch:
+class DemodulatedStretch:
     """Samples with two windows over them; time counts from the middle."""
 
     def __init__(self, samples: Array, dt_s: float) -> None:
         count = samples.shape[1]
-        length = int(_SHARE * count)
+        length = int(LIMITS.window_share * count)
         self.samples = samples - samples.mean(axis=1, keepdims=True)
         self.time = (np.arange(count) - 0.5 * (count - 1)) * dt_s
         self.apart_s = (count - length) * dt_s
         self.length_s = count * dt_s
         self._length = length
-        self._window = np.kaiser(length, _KAISER_BETA)
+        self._window = np.kaiser(length, LIMITS.kaiser_beta)
         self._window *= 2.0 / self._window.sum()
         own = np.average((np.arange(length) - 0.5 * (length - 1)) ** 2, weights=self._window) * dt_s**2
         # Times at which the mean of two values is the mean over both windows, for amplitudes and for the frequency.
@@ -43,7 +48,7 @@ class Stretch:
         return np.stack([first, last])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Orbit:
     """Frequency (rad/s), its rate (rad/s^2), amplitude (rad) and its rate (rad/s) in the middle of a stretch."""
 
@@ -69,7 +74,7 @@ def aligned(z: ComplexArray) -> Waves:
     return Waves((first * np.exp(-1j * common)).real, (second * 1j * np.exp(-2j * theta)).real)
 
 
-def improved(stretch: Stretch, orbit: Orbit) -> Orbit:
+def improved(stretch: DemodulatedStretch, orbit: Orbit) -> Orbit:
     """One pass: demodulate along the known phase, correct frequency, amplitude and their rates."""
     z = stretch.demodulated(orbit.omega, orbit.chirp, (1.0, 2.0))
     omega = orbit.omega + float(np.angle(np.sum(np.conj(z[0, 0]) * z[1, 0]))) / stretch.apart_s
@@ -78,12 +83,12 @@ def improved(stretch: Stretch, orbit: Orbit) -> Orbit:
     amplitude = _amplitude(float(u.sum() / v.sum()), orbit, stretch.spread_s)
     slope = _amplitude_change(amplitude, v, u) / stretch.apart_s
     chirp = omega * _log_slope(frequency_ratio, amplitude) * slope
-    return Orbit(omega, chirp, amplitude, slope)
+    return Orbit(omega=omega, chirp=chirp, amplitude=amplitude, slope=slope)
 
 
 def averaged(function: Callable[[float], float], orbit: Orbit, spread_s: float) -> float:
     """Mean of a function of the amplitude over the windows, exact to third order of its way there."""
-    way = min(abs(orbit.slope) * spread_s, 0.9 * orbit.amplitude)
+    way = min(abs(orbit.slope) * spread_s, LIMITS.averaging_share * orbit.amplitude)
     return 0.5 * (function(orbit.amplitude - way) + function(orbit.amplitude + way))
 
 
@@ -116,5 +121,5 @@ def second_harmonic(amplitude_rad: float) -> float:
 
 def _log_slope(function: Callable[[float], float], amplitude_rad: float) -> float:
     """d ln(function) / dA by a central difference."""
-    step = 1e-4 * amplitude_rad
+    step = LIMITS.slope_step_share * amplitude_rad
     return math.log(function(amplitude_rad + step) / function(amplitude_rad - step)) / (2.0 * step)

@@ -11,7 +11,7 @@ The change of the amplitude from one window to the other gives the decay, and th
 windows, which the demodulation follows. No start values, no variant.
 
 Bias against the fit, noise-free, lambda 0.2465 1/s, 213 Hz, T_f/I 0, 500, 1300, 3000, 6000, 10000 rad/s^2, over the
-sweep of f in the 24 periods (tests/estimation/harmonic_estimator/test_estimator.py computes it anew; -s prints it):
+sweep of f in the 24 periods (tests/estimation/harmonic_estimator/test_estimator.py computes it again; -s prints it):
     A(0) = 53 deg                                      A(0) = 23 deg
     sweep/Hz    f_nat/Hz     m_r/%       A/deg         sweep/Hz    f_nat/Hz     m_r/%       A/deg
       0.68     +0.0002     -0.0001     +0.001            0.12     +0.0000     -0.0000     +0.000
@@ -33,26 +33,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ellipe, ellipk
 
-from ..numerics.arrays import Array
-from ..physics.orbit import first_harmonic, frequency_ratio
-from ..physics.rotation import HALF_TURN_ABOUT_U, nearest_rotation, rodrigues_from_rotation
-from ..record import RingDownRecord
-from ..refusal import Refusal, RefusedError
-from ..screening.screening import screen
-from .demodulation import Orbit, Stretch, aligned, averaged, improved
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.orbit import first_harmonic, frequency_ratio
+from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U, nearest_rotation, rodrigues_from_rotation
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.refusal import Refusal, RefusedError
+from platform_daemon.estimation.screening.screening import screen
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_PERIODS = 24.0
-_FEWEST_PERIODS = 15.0  # below, the windows no longer separate harmonics from the noise between them
-_MOST_SAMPLES = 2**16  # looked at for the frequency, so that the cost does not depend on the record
+from .demodulation import DemodulatedStretch, Orbit, aligned, averaged, improved
+
+LIMITS = THRESHOLDS.harmonic_estimator
+
 _HARMONICS = (1.0, 2.0, 3.0, 4.0)
-_BETWEEN = (1.5, 2.5, 3.5)  # where there is only noise
-_PASSES = 5
-_FLOOR = 4.0
 
 
 @dataclass(frozen=True)
 class HarmonicEstimate:
-    """What the harmonics tell, at the middle of the stretch they were seen in.
+    """What the harmonics say, at the middle of the stretch they were read from.
 
     Attributes:
         time_s: that middle, from the first RX sample on; stretch_s: length of the stretch.
@@ -90,23 +88,23 @@ def estimate_from_harmonics(record: RingDownRecord) -> HarmonicEstimate:
     """
     if record.quantity != "dmdt":
         raise ValueError("harmonics tell the amplitude only in calibrated dm/dt, not in volts")
-    head = replace(record, valid_to=min(record.end, record.valid_from + _MOST_SAMPLES))
+    head = replace(record, valid_to=min(record.end, record.valid_from + LIMITS.most_samples))
     frequency_hz = screen(head).frequency_hz
-    periods = min(_PERIODS, head.valid.shape[1] * record.dt_s * frequency_hz)
-    if periods < _FEWEST_PERIODS:
+    periods = min(LIMITS.periods, head.valid.shape[1] * record.dt_s * frequency_hz)
+    if periods < LIMITS.fewest_periods:
         raise RefusedError(
-            Refusal.TOO_SHORT, f"{periods:.1f} periods of {frequency_hz:.1f} Hz, not {_FEWEST_PERIODS:g}"
+            Refusal.TOO_SHORT, f"{periods:.1f} periods of {frequency_hz:.1f} Hz, not {LIMITS.fewest_periods:g}"
         )
     count = int(periods / (frequency_hz * record.dt_s))
-    stretch = Stretch(head.valid[:, :count], record.dt_s)
-    orbit = Orbit(2.0 * math.pi * frequency_hz, 0.0, 0.0, 0.0)
-    for _ in range(_PASSES):
+    stretch = DemodulatedStretch(head.valid[:, :count], record.dt_s)
+    orbit = Orbit(omega=2.0 * math.pi * frequency_hz, chirp=0.0, amplitude=0.0, slope=0.0)
+    for _ in range(LIMITS.passes):
         orbit = improved(stretch, orbit)
     middle = record.valid_from * record.dt_s + 0.5 * (count - 1) * record.dt_s
     return _estimate(stretch, orbit, middle)
 
 
-def _estimate(stretch: Stretch, orbit: Orbit, time_s: float) -> HarmonicEstimate:
+def _estimate(stretch: DemodulatedStretch, orbit: Orbit, time_s: float) -> HarmonicEstimate:
     """Everything that follows from the orbit and the waves."""
     z = stretch.demodulated(orbit.omega, orbit.chirp, _HARMONICS)
     waves = aligned(z)
@@ -132,12 +130,12 @@ def _estimate(stretch: Stretch, orbit: Orbit, time_s: float) -> HarmonicEstimate
     )
 
 
-def _significance(stretch: Stretch, orbit: Orbit, second: float) -> float:
+def _significance(stretch: DemodulatedStretch, orbit: Orbit, second: float) -> float:
     """Amplitude of the second harmonic over the noise between the harmonics; refuses what could be noise."""
-    between = stretch.demodulated(orbit.omega, orbit.chirp, _BETWEEN)
+    between = stretch.demodulated(orbit.omega, orbit.chirp, LIMITS.between)
     noise = math.sqrt(float(np.mean(np.sum(np.abs(between) ** 2, axis=2))))
     snr = second / max(noise, 1e-300)
-    if snr < _FLOOR:
+    if snr < LIMITS.least_snr:
         raise RefusedError(Refusal.AMPLITUDE_BELOW_FLOOR, f"the second harmonic is {snr:.1f} times the noise")
     return snr
 
@@ -153,6 +151,6 @@ def _orientation(v: Array, u: Array) -> Array:
 def _kinetic_share(amplitude_rad: float) -> float:
     """Mean of cn^2 over the orbit: viscous damping takes d ln sin(A/2)/dt = -2 lambda <cn^2>; 1/2 for small A."""
     m = math.sin(0.5 * amplitude_rad) ** 2
-    if m < 1e-6:
+    if m < LIMITS.small_parameter:
         return 0.5 - m / 16.0
     return float((ellipe(m) - (1.0 - m) * ellipk(m)) / (m * ellipk(m)))

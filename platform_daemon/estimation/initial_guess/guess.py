@@ -9,30 +9,31 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..least_squares.gauss_newton import FitState
-from ..least_squares.observation_model import DipoleObservation, FreeGainObservation, Observation
-from ..numerics.arrays import Array
-from ..physics.models import RingDownModel
-from ..physics.orbit import (
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.observation_model import (
+    DipoleObservation,
+    FreeGainObservation,
+    Observation,
+)
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.orbit import (
     amplitude_from_second_harmonic,
     amplitude_from_third_harmonic,
     first_harmonic,
     frequency_ratio,
 )
-from ..physics.rotation import nearest_rotation
-from ..physics.trajectory.direct import MotionParameters
-from ..record import RingDownRecord
-from ..sensitivity import inverse_sensitivity
+from platform_daemon.estimation.physics.rotation import nearest_rotation
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.sensitivity import inverse_sensitivity
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .angle import guess_initial_state_of_angle
 from .harmonic_fit import HarmonicFit, fit_harmonics
 from .initial_state import InitialState
 
-_FIRST_PERIODS = 10
-_TRUSTED_SNR = 8.0
-_AMPLITUDE_RANGE = (2e-3, 2.7)
-_SMALL_AMPLITUDE = 0.02  # rad; below, noise makes up much of what is seen
-_BLIND_AMPLITUDES = (0.12, 0.35, 0.7, 1.1)
-_WIDEST = 3.0  # rad
+LIMITS = THRESHOLDS.start_values
 
 
 def observes_dipole(record: RingDownRecord, model: RingDownModel) -> bool:
@@ -42,21 +43,23 @@ def observes_dipole(record: RingDownRecord, model: RingDownModel) -> bool:
 
 
 def guess_initial_state(
-    record: RingDownRecord, model: RingDownModel, first: int, last: int, frequency_hz: float, noise_sd: Array
+    record: RingDownRecord, model: RingDownModel, *, first: int, last: int, frequency_hz: float, noise_sd: Array
 ) -> InitialState:
     """Start values from the first ten periods, or more where noise hides the weak harmonics."""
     if record.quantity == "angle":
-        return guess_initial_state_of_angle(record, model, first, last, frequency_hz)
+        return guess_initial_state_of_angle(record, model, first=first, last=last, frequency_hz=frequency_hz)
     dipole = observes_dipole(record, model)
-    periods = _FIRST_PERIODS
+    periods = LIMITS.first_periods
     while True:
         stop = min(last, first + math.ceil(periods / (frequency_hz * record.dt_s)))
-        snapshot = fit_harmonics(record.samples, first, stop, record.dt_s, frequency_hz, noise_sd)
+        snapshot = fit_harmonics(
+            record.samples, first=first, last=stop, dt_s=record.dt_s, frequency_hz=frequency_hz, noise_sd=noise_sd
+        )
         if record.sensitivity is not None and dipole:
             snapshot = _calibrated(snapshot, record.sensitivity)
         waves = _aligned(snapshot)
         snr = waves.snr_second if dipole else waves.snr_third
-        if snr > _TRUSTED_SNR or stop >= last or periods >= 8 * _FIRST_PERIODS:
+        if snr > LIMITS.trusted_snr or stop >= last or periods >= LIMITS.most_stretches * LIMITS.first_periods:
             break
         periods *= 2
     amplitudes = _amplitudes(dipole, waves, snr)
@@ -114,14 +117,14 @@ def _amplitudes(dipole: bool, waves: _Waves, snr: float) -> tuple[float, ...]:
     if dipole:
         ratio = math.sqrt((waves.u @ waves.u) / (waves.v @ waves.v))
         best = amplitude_from_second_harmonic(ratio)
-        found: tuple[float, ...] = (best, 0.75 * best, 1.3 * best)
-        found += (_SMALL_AMPLITUDE,) if best < _SMALL_AMPLITUDE else ()
-    elif snr > _TRUSTED_SNR and waves.third > 0.0:
+        found: tuple[float, ...] = (best, *(factor * best for factor in LIMITS.dipole_other_amplitudes))
+        found += (LIMITS.small_amplitude_rad,) if best < LIMITS.small_amplitude_rad else ()
+    elif snr > LIMITS.trusted_snr and waves.third > 0.0:
         best = amplitude_from_third_harmonic(waves.third)
-        found = (best, 0.6 * best, 1.5 * best)
+        found = (best, *(factor * best for factor in LIMITS.free_gain_other_amplitudes))
     else:
-        found = _BLIND_AMPLITUDES
-    return tuple(min(max(a, _AMPLITUDE_RANGE[0]), _AMPLITUDE_RANGE[1]) for a in found)
+        found = LIMITS.blind_amplitudes_rad
+    return tuple(min(max(a, LIMITS.amplitude_range_rad[0]), LIMITS.amplitude_range_rad[1]) for a in found)
 
 
 def _state(
@@ -130,9 +133,9 @@ def _state(
     """A fit state from the snapshot with this amplitude in its middle."""
     ratio, time_s, decay = frequency_ratio(amplitude), snapshot.time_s, max(snapshot.decay_per_s, 0.0)
     w = snapshot.omega / ratio
-    growth = math.exp(min(decay * time_s, 0.3))
+    growth = math.exp(min(decay * time_s, LIMITS.most_decay))
     # The frequency has risen to that of the middle as the amplitude fell.
-    rise = max(snapshot.omega - w * frequency_ratio(min(amplitude * growth, _WIDEST)), 0.0)
+    rise = max(snapshot.omega - w * frequency_ratio(min(amplitude * growth, LIMITS.widest_rad)), 0.0)
     phase = (waves.phase - (snapshot.omega - 0.5 * rise) * time_s) % (2.0 * math.pi)
     # Anchor at the turning point a quarter to three quarters of a period before t = 0.
     start = amplitude * growth
@@ -163,9 +166,10 @@ def _losses(model: RingDownModel, decay_per_s: float, w: float, amplitude: float
         powers = {c.name: c.power for c in model.coefficients}
         power = powers[last]
         rest = max(decay_per_s - sum(values[name] for name in others if powers[name] == 1), 0.0)
-        # Friction makes the amplitude fall in a straight line.
-        rest *= {1: 1.0, 2: 0.5 * math.pi * amplitude * w, 0: 1.0 / (amplitude * w)}[power]
-        values[last] = max(rest, 0.1 * values[last])
+        # Friction makes the amplitude fall in a straight line. Of any other power the size alone is known.
+        shares = {1: 1.0, 2: 0.5 * math.pi * amplitude * w, 0: 1.0 / (amplitude * w)}
+        rest *= shares.get(power, w ** (power - 1))
+        values[last] = max(rest, LIMITS.least_loss_share * values[last])
     return tuple(values[c.name] for c in model.coefficients)
 
 

@@ -7,23 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..numerics.arrays import Array, ComplexArray
-from ..numerics.jit import fast_kernel
-from ..numerics.linear_systems import factorise, substitute
-from ..refusal import Refusal, RefusedError
-from ..screening.frequency_search import best_frequency, block_means
+from platform_daemon.estimation.numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.numerics.jit import fast_kernel
+from platform_daemon.estimation.numerics.linear_systems import factorise, substitute
+from platform_daemon.estimation.refusal import Refusal, RefusedError
+from platform_daemon.estimation.screening.frequency_search import best_frequency, block_means
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_HARMONICS = 4
-_TOLD_HARMONICS = 2  # that start values cannot do without
-_BINS_APART = 2.0  # of a stretch's resolution, from one harmonic to the next or to where it folds to
-_POINTS_PER_PERIOD = 24
-_SEARCH = 0.12
-_NEAR = 0.5  # rad: so far the phase's drift over half the stretch is told by that of the fundamental's amplitude
-_TOLD_APART = 4.2  # rad; what drifts by about 4.5 rad looks as if it did not drift at all
-_SETTLED = 0.03  # rad, at the ends of the stretch: what is left of it is of second order
+LIMITS = THRESHOLDS.start_values
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class HarmonicFit:
     """Complex harmonic amplitudes at the middle of a stretch: channel c is Re sum_k z[k-1, c] exp(i k W (t - t0)).
 
@@ -42,27 +36,37 @@ class HarmonicFit:
     decay_per_s: float
 
 
-def fit_harmonics(y: Array, first: int, last: int, dt_s: float, frequency_hz: float, noise_sd: Array) -> HarmonicFit:
+def fit_harmonics(y: Array, *, first: int, last: int, dt_s: float, frequency_hz: float, noise_sd: Array) -> HarmonicFit:
     """Least-squares harmonics with linearly drifting amplitudes over samples first .. last-1 of y (channels, n).
 
     The frequency is refined by the drift of the fundamental's phase. Where that is too large (a long spectrum shows
     the mean of a sweep, not its beginning), it is searched within 12 % first.
     """
-    block = max(1, int(1.0 / (frequency_hz * dt_s * _POINTS_PER_PERIOD)))
+    block = max(1, int(1.0 / (frequency_hz * dt_s * LIMITS.points_per_period)))
     blocks = (last - first) // block
     data = block_means(y, first, block, blocks)
     middle = (first + 0.5 * (block * blocks - 1)) * dt_s
     half = max(0.5 * (blocks - 1) * block, 1.0) * dt_s
     weights = noise_sd**-2.0
     omega = 2.0 * np.pi * frequency_hz
-    found = _refined(data, block * dt_s, omega, weights, half, _NEAR) if _SEARCH * omega * half < _TOLD_APART else None
+    found = (
+        _refined(data, block * dt_s, omega, weights, half, LIMITS.near_phase_rad)
+        if LIMITS.frequency_search_share * omega * half < LIMITS.told_phase_rad
+        else None
+    )
     if found is None:
-        omega = best_frequency(data, block * dt_s, (1.0 - _SEARCH) * omega, (1.0 + _SEARCH) * omega, weights)
+        omega = best_frequency(
+            data,
+            step_s=block * dt_s,
+            lowest=(1.0 - LIMITS.frequency_search_share) * omega,
+            highest=(1.0 + LIMITS.frequency_search_share) * omega,
+            weights=weights,
+        )
         found = _refined(data, block * dt_s, omega, weights, half, math.inf)
         assert found is not None
     omega, drift, z, factor = found
     # Block averages attenuate harmonic k by a sinc.
-    turns = [0.5 * omega * dt_s * k for k in range(1, _HARMONICS + 1)]
+    turns = [0.5 * omega * dt_s * k for k in range(1, LIMITS.harmonics + 1)]
     rise = np.array([block * math.sin(turn) / math.sin(block * turn) for turn in turns])
     return HarmonicFit(
         time_s=middle,
@@ -80,7 +84,7 @@ def _refined(
 
     None if its phase drifts by more than `near`, in rad over half the stretch, at the given frequency.
     """
-    for _ in range(3):
+    for _ in range(LIMITS.frequency_rounds):
         z, slope, factor = _drifting_harmonics(data, step_s, omega)
         fundamental = list(zip(weights.tolist(), z[0].tolist(), slope[0].tolist(), strict=True))
         power = sum(weight * abs(one) ** 2 for weight, one, _ in fundamental)
@@ -90,7 +94,7 @@ def _refined(
         if abs(overlap.imag) > near:
             return None
         omega += overlap.imag / half_s
-        if abs(overlap.imag) < _SETTLED:
+        if abs(overlap.imag) < LIMITS.settled_phase_rad:
             break
     return omega, overlap.real, z, factor
 
@@ -102,28 +106,28 @@ def _drifting_harmonics(data: Array, step_s: float, omega: float) -> tuple[Compl
     solution = np.empty((channels, 4 * n + 1))
     if not _harmonic_least_squares(data, omega * step_s, solution):
         raise RefusedError(Refusal.TOO_SHORT, "the beginning of the window does not tell its harmonics apart")
-    parts = np.zeros((_HARMONICS, 4, channels))
+    parts = np.zeros((LIMITS.harmonics, 4, channels))
     parts[:n] = solution[:, : 4 * n].reshape(channels, 4, n).T
     return parts[:, 0] + 1j * parts[:, 1], parts[:, 2] + 1j * parts[:, 3], math.sqrt(2.0 / blocks)
 
 
 def _unfolded(per_period: float, points: int) -> int:
-    """How many harmonics, four at most, can be told from each other and from their mirrors at the sampling rate.
+    """How many harmonics, four at most, can be separated from each other and from their mirrors at the sampling rate.
 
     per_period: points in a period; harmonics j and k meet where j + k is the number of points in a period.
     """
-    apart = _BINS_APART * per_period / points
-    for n in range(_HARMONICS, _TOLD_HARMONICS, -1):
+    apart = LIMITS.harmonics_apart_bins * per_period / points
+    for n in range(LIMITS.harmonics, LIMITS.fewest_harmonics, -1):
         if all(abs(per_period - both) > apart for both in range(2, 2 * n + 1)):
             return n
-    return _TOLD_HARMONICS
+    return LIMITS.fewest_harmonics
 
 
 @fast_kernel
 def _harmonic_least_squares(data, turn, solution):  # type: ignore[no-untyped-def]
     """Least squares of data (channels, n) with cos k x, -sin k x, both times the place in -1 .. 1, and 1: k = 1..4.
 
-    x advances by `turn` per point and is 0 in the middle. solution (channels, 17); False if they cannot be told apart.
+    x advances by `turn` per point and is 0 in the middle. solution (channels, 17); False if they cannot be separated.
     """
     n = data.shape[1]
     size = solution.shape[1]

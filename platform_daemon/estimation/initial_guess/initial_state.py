@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..physics.models import RingDownModel
-from ..refusal import Refusal, RefusedError
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.refusal import Refusal, RefusedError
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .gauss_newton import FitState, NormalEquations
 from .observation_model import DipoleObservation
 from .public_parameters import PublicParameters
 
-_SURE = 5.0  # standard deviations
+LIMITS = THRESHOLDS.least_squares
 
 
 def internal_index(model: RingDownModel, *, dipole: bool) -> dict[str, int]:
@@ -25,7 +27,7 @@ def internal_index(model: RingDownModel, *, dipole: bool) -> dict[str, int]:
     return places
 
 
-def held(model: RingDownModel, fixed: Mapping[str, float] | None, *, dipole: bool) -> dict[str, float]:
+def fixed_values(model: RingDownModel, fixed: Mapping[str, float] | None, *, dipole: bool) -> dict[str, float]:
     """Values of the parameters that are not fitted: those that the model holds, then those of the caller.
 
     Raises:
@@ -66,7 +68,7 @@ def with_fixed(state: FitState, model: RingDownModel, fixed: Mapping[str, float]
     return FitState(replace(d, w=w, values=values), observation, state.offsets)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Constraints:
     """Independent Gaussian knowledge of internal parameters: places, means and standard deviations, all (k,)."""
 
@@ -100,11 +102,11 @@ def constraints_of(model: RingDownModel, fixed: Mapping[str, float], *, dipole: 
             found.append((place, scale * prior[0], scale * prior[1]))
             notes.append(f"prior: {name} = {prior[0]:g} +- {prior[1]:g}")
     places, mean, sd = zip(*found, strict=True) if found else ((), (), ())
-    return Constraints(places, mean, sd, tuple(notes))
+    return Constraints(places=places, mean=mean, sd=sd, notes=tuple(notes))
 
 
 def refuse_out_of_bounds(model: RingDownModel, public: PublicParameters, amplitude_rad: float) -> None:
-    """Refuse a motion beyond the angle where the torques hold, and estimates that lie surely outside their bounds.
+    """Refuse a motion beyond the angle where the torques hold, and estimates significantly outside their bounds.
 
     amplitude_rad: the largest deflection in the window.
     """
@@ -114,7 +116,7 @@ def refuse_out_of_bounds(model: RingDownModel, public: PublicParameters, amplitu
         raise RefusedError(Refusal.CONTACT_LOST if largest < math.pi else Refusal.OUT_OF_RANGE, seen)
     for name, estimate in public.parameters.items():
         limits = model.parameters[name]
-        slack = _SURE * (estimate.std or 0.0)
+        slack = LIMITS.constraint_sigma * (estimate.std or 0.0)
         if not limits.lower - slack <= estimate.value <= limits.upper + slack:
             seen = f"{name} = {estimate.value:.4g} lies outside {limits.lower:g} .. {limits.upper:g} {limits.unit}"
             raise RefusedError(Refusal.OUT_OF_RANGE, seen)

@@ -12,13 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..moments.workspace import Moments
-from ..numerics.arrays import Array, grown
-from ..numerics.linear_systems import solve_scaled
-from ..physics.models import RingDownModel
-from ..physics.torques import OF_OTHER_SIGN_IN_MIRROR
-from ..physics.trajectory.direct import MotionParameters
-from .normal_equations import assemble, coefficients
+from platform_daemon.estimation.moments.workspace import Moments
+from platform_daemon.estimation.numerics.arrays import Array, grown
+from platform_daemon.estimation.numerics.linear_systems import solve_scaled
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.torques import OF_OTHER_SIGN_IN_MIRROR
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters
+
+from .normal_equations import assemble_normal_equations, coefficients
 from .observation_model import Observation
 
 
@@ -38,15 +39,17 @@ class FitState:
     def moved(self, step: Array) -> FitState:
         """The state after a step; what is multiplied, amplitude and moment, grows by a factor.
 
-        A small oscillation tells little but their product: to first order, steps along a constant product would leave
-        it, and Gauss-Newton would zigzag along a curved valley.
+        A small oscillation determines little but their product: to first order, steps along a constant product would
+        leave it, and Gauss-Newton would zigzag along a curved valley.
         """
         d = self.dynamics
         k = 3 + len(d.values)
         m = k + self.observation.size
         by_theta, by_w, by_amplitude, *by_values = step[:k].tolist()
         values = tuple(q + dq for q, dq in zip(d.values, by_values, strict=True))
-        dynamics = MotionParameters(d.w + by_w, d.theta + by_theta, grown(d.amplitude, by_amplitude), values)
+        dynamics = MotionParameters(
+            w=d.w + by_w, theta=d.theta + by_theta, amplitude=grown(d.amplitude, by_amplitude), values=values
+        )
         return FitState(dynamics, self.observation.moved(step[k:m]), self.offsets + step[m:])
 
     def mirrored(self, model: RingDownModel) -> FitState:
@@ -74,7 +77,7 @@ def with_best_gains(state: FitState, moments: Moments) -> FitState:
     return state if observation is None else replace(state, observation=observation, offsets=best[:, 2])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class NormalEquations:
     """Quadratic model of chi^2 around a state: chi2 - 2 gradient.step + step.matrix.step.
 
@@ -95,7 +98,13 @@ def normal_equations(model: RingDownModel, state: FitState, moments: Moments, we
     gradient, matrix, squares = assembled(model, state, moments, weights)
     chi2 = weights * squares
     return NormalEquations(
-        sum(chi2.tolist()), chi2, squares, gradient, matrix, moments.samples, float(weights @ moments.energy)
+        chi2=sum(chi2.tolist()),
+        chi2_by_channel=chi2,
+        squares_by_channel=squares,
+        gradient=gradient,
+        matrix=matrix,
+        samples=moments.samples,
+        data_chi2=float(weights @ moments.energy),
     )
 
 
@@ -115,7 +124,9 @@ def assembled(
     size = state.size
     out = np.zeros(size), np.zeros((size, size)), np.empty(weights.size)
     step = np.zeros(size) if step is None else step
-    assemble(*linearised(model, state), moments.gram, moments.products, moments.energy, weights, step, *out)
+    assemble_normal_equations(
+        *linearised(model, state), moments.gram, moments.products, moments.energy, weights, step, *out
+    )
     return out
 
 
@@ -139,7 +150,7 @@ def coefficient_jacobian(model: RingDownModel, state: FitState) -> Array:
     return np.ascontiguousarray(out.transpose(2, 0, 1))
 
 
-def solve_step(normal: NormalEquations, free: np.ndarray, damping: float = 0.0) -> tuple[Array, float]:
+def gauss_newton_step(normal: NormalEquations, free: np.ndarray, damping: float = 0.0) -> tuple[Array, float]:
     """Step of the free parameters (others 0) and the fall of chi^2 it predicts; columns are scaled to unit norm.
 
     Raises:

@@ -7,14 +7,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..physics.models import RingDownModel
-from ..physics.trajectory.direct import LostTrajectoryError, MotionParameters
-from ..physics.trajectory.turning_points import turning_points
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, MotionParameters
+from platform_daemon.estimation.physics.trajectory.turning_points import turning_points
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .gauss_newton import covariance
 from .problem import Minimum
 
-_COMPARABLE = 25.0  # of chi2 over its mean per degree of freedom
-_DISTINCT = 10.0  # standard deviations
+LIMITS = THRESHOLDS.least_squares
 
 
 def ambiguity(found: Sequence[Minimum], model: RingDownModel, free: np.ndarray, degrees: int) -> tuple[str, ...]:
@@ -22,9 +23,9 @@ def ambiguity(found: Sequence[Minimum], model: RingDownModel, free: np.ndarray, 
     best = min(found, key=lambda fitted: fitted.normal.chi2)
     scale = max(1.0, best.normal.chi2 / degrees)
     for other in found:
-        if other is best or other.normal.chi2 - best.normal.chi2 > _COMPARABLE * scale:
+        if other is best or other.normal.chi2 - best.normal.chi2 > LIMITS.comparable_chi2 * scale:
             continue
-        if _distance(best, other, model, free) > _DISTINCT * math.sqrt(scale):
+        if _distance(best, other, model, free) > LIMITS.distinct_sigma * math.sqrt(scale):
             return (
                 f"start_ambiguous: {_described(best, degrees)}, but {_described(other, degrees)} from another start",
             )

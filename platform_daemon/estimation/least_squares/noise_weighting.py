@@ -1,7 +1,7 @@
-"""Last steps of a fit in coloured noise: every harmonic weighted by the noise that stands there.
+"""Last steps of a fit in coloured noise: every harmonic weighted by the noise at its frequency.
 
-The fit converges with one standard deviation per channel, which is unbiased whatever the colour. Odd harmonics are in
-the first of the observed pair of functions, even ones in the second; weighting each with its own noise makes the
+The fit converges with one standard deviation per channel, which is unbiased for noise of any colour. Odd harmonics are
+in the first of the observed pair of functions, even ones in the second; weighting each with its own noise makes the
 estimates the best ones again and their covariance the true one. In white noise nothing changes.
 """
 
@@ -11,18 +11,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..moments.workspace import Moments
-from ..noise.coloured import is_white, sd_at
-from ..noise.model import NoiseModel
-from ..numerics.arrays import Array
-from ..physics.models import RingDownModel
-from ..physics.trajectory.basis_functions import DIPOLE
-from .gauss_newton import FitState, NormalEquations, assembled, solve_step
+from platform_daemon.estimation.moments.workspace import Moments
+from platform_daemon.estimation.noise.coloured import is_white, sd_at
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+from .gauss_newton import FitState, NormalEquations, assembled, gauss_newton_step
 from .problem import FitProblem, Minimum
 from .public_parameters import by_convention
 
-_SAME = 1e-6
-_STEPS = 2  # the second only removes what the first leaves by being linear
+LIMITS = THRESHOLDS.least_squares
 
 
 def weighted_by_harmonic(
@@ -39,14 +40,14 @@ def weighted_by_harmonic(
         return best
     sd = harmonic_sd(problem, noise, frequency_hz)
     level = problem.noise_sd[:, None]
-    if (np.abs(sd - level) <= _SAME * level).all():
+    if (np.abs(sd - level) <= LIMITS.same_level_share * level).all():
         return best
     state = by_convention(best.state, problem.model)
-    for _ in range(_STEPS):
+    for _ in range(LIMITS.weighting_steps):
         at = problem.evaluate(state, last)
         normal = weighted_normal(problem.model, at.state, at.moments, sd, at.normal)
         normal = problem.knowledge.added(normal, at.state)
-        step, _ = solve_step(normal, problem.free)
+        step, _ = gauss_newton_step(normal, problem.free)
         state = at.state.moved(step)
     left = problem.after(at, step)
     return replace(

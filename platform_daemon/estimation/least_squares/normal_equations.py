@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..numerics.jit import fast_part, kernel
+from platform_daemon.estimation.numerics.jit import fast_part, kernel
 
 
 @fast_part
@@ -31,7 +31,7 @@ def coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian)
 
 
 @kernel
-def assemble(  # type: ignore[no-untyped-def]
+def assemble_normal_equations(  # type: ignore[no-untyped-def]
     chain, gains, by_w, by_own, offsets, gram, products, energy, weights, step, gradient, matrix, squares
 ):
     """Gradient (size,) and Gauss-Newton matrix (size, size) of half chi^2 with the channels' weights, added to zeros,

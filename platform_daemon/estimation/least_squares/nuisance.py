@@ -12,24 +12,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.polynomial import legendre
 
-from ..moments.workspace import Moments
-from ..noise.model import NoiseModel
-from ..numerics.arrays import Array
-from ..physics.models import RingDownModel
-from ..physics.trajectory.direct import Trajectory
-from ..record import RingDownRecord
-from .gauss_newton import FitState, solve_step
+from platform_daemon.estimation.moments.workspace import Moments
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import Trajectory
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+from .gauss_newton import FitState, gauss_newton_step
 from .noise_weighting import harmonic_sd, weighted_normal
 from .problem import FitProblem, Minimum
 from .public_parameters import by_convention
 
-_CHUNK = 1 << 10  # small enough for one thread to be the fastest
-_STEPS = 3
+LIMITS = THRESHOLDS.least_squares
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Nuisance:
-    """What is fitted beside a ring-down over samples first .. last-1.
+    """What is fitted together with a ring-down over samples first .. last-1.
 
     Attributes:
         tones_hz: (tones,) frequencies.
@@ -77,7 +78,7 @@ class NuisanceMoments:
         )
 
     def amplitudes(self, state: FitState) -> Array:
-        """Coefficients of the columns beside this ring-down, (z, channels)."""
+        """Coefficients of the columns that are fitted together with this ring-down, (z, channels)."""
         values = np.zeros((self.with_data.shape[1], self.with_basis.shape[1]))
         values[:, :2], values[:, -1] = state.observation.gains(state.dynamics.w), state.offsets
         return np.asarray(np.linalg.solve(self.with_themselves, self.with_data - self.with_basis @ values.T))
@@ -93,8 +94,8 @@ def nuisance_moments(
     """
     trajectory = Trajectory(model, state.dynamics, nuisance.last * record.dt_s)
     total: Array = np.zeros(())
-    for begin in range(nuisance.first, nuisance.last, _CHUNK):
-        end = min(begin + _CHUNK, nuisance.last)
+    for begin in range(nuisance.first, nuisance.last, LIMITS.nuisance_chunk_samples):
+        end = min(begin + LIMITS.nuisance_chunk_samples, nuisance.last)
         columns = nuisance.columns(begin, end, record.dt_s)
         basis = trajectory.basis(begin, end, record.dt_s, state.observation.observable)
         rows = np.concatenate([basis, record.samples[:, begin:end], columns])
@@ -106,13 +107,13 @@ def nuisance_moments(
 def cleaned(record: RingDownRecord, nuisance: Nuisance, amplitudes: Array) -> RingDownRecord:
     """The record without the columns, amplitudes (size, channels)."""
     samples = record.samples.copy()
-    for begin in range(nuisance.first, nuisance.last, _CHUNK):
-        end = min(begin + _CHUNK, nuisance.last)
+    for begin in range(nuisance.first, nuisance.last, LIMITS.nuisance_chunk_samples):
+        end = min(begin + LIMITS.nuisance_chunk_samples, nuisance.last)
         samples[:, begin:end] -= amplitudes.T @ nuisance.columns(begin, end, record.dt_s)
     return replace(record, samples=samples)
 
 
-def notes_of(nuisance: Nuisance, amplitudes: Array) -> tuple[str, ...]:
+def interference_notes(nuisance: Nuisance, amplitudes: Array) -> tuple[str, ...]:
     """What was removed, in words."""
     tones = nuisance.tones_hz.size
     sizes = np.hypot(amplitudes[:tones], amplitudes[tones : 2 * tones])
@@ -127,7 +128,7 @@ def notes_of(nuisance: Nuisance, amplitudes: Array) -> tuple[str, ...]:
     return tuple(notes)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class NuisanceFit:
     """A fit joint with nuisance columns.
 
@@ -155,16 +156,16 @@ def fit_with_nuisance(
     problem = replace(problem, noise_sd=noise_sd)
     sd = harmonic_sd(problem, noise, frequency_hz)
     state = by_convention(best.state, problem.model)
-    for _ in range(_STEPS):
+    for _ in range(LIMITS.nuisance_steps):
         at = problem.evaluate(state, nuisance.last)
         cross = nuisance_moments(problem.record, problem.model, at.state, nuisance)
         normal = weighted_normal(problem.model, at.state, cross.without(at.moments), sd, at.normal)
         normal = problem.knowledge.added(normal, at.state)
-        step, _ = solve_step(normal, problem.free)
+        step, _ = gauss_newton_step(normal, problem.free)
         state = at.state.moved(step)
     amplitudes = cross.amplitudes(at.state)
     problem = replace(problem, record=cleaned(problem.record, nuisance, amplitudes))
     at = problem.evaluate(state, nuisance.last)
     joint = replace(problem.after(at, np.zeros(state.size)), gradient=normal.gradient, matrix=normal.matrix)
     fitted = replace(best, state=at.state, tabulated=at.state, normal=joint, moments=at.moments, left=0.0)
-    return NuisanceFit(problem, fitted, noise, notes_of(nuisance, amplitudes))
+    return NuisanceFit(problem=problem, fitted=fitted, noise=noise, notes=interference_notes(nuisance, amplitudes))

@@ -14,9 +14,15 @@ from typing import Protocol
 
 import numpy as np
 
-from ..numerics.arrays import Array, grown
-from ..physics.rotation import HALF_TURN_ABOUT_U, rodrigues_from_rotation, rodrigues_jacobian, rotation_from_rodrigues
-from ..physics.trajectory.basis_functions import DIPOLE, STATE
+from platform_daemon.estimation.numerics.arrays import Array, grown
+from platform_daemon.estimation.physics.rotation import (
+    HALF_TURN_ABOUT_U,
+    rodrigues_from_rotation,
+    rodrigues_jacobian,
+    rotation_from_rodrigues,
+)
+from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE, STATE
+
 from .normal_equations import dipole_gains
 
 
@@ -29,7 +35,7 @@ class Observation(Protocol):
 
     @property
     def ties_amplitude(self) -> bool:
-        """True if the ratio of f1 to f2 in the channels tells the amplitude of the motion."""
+        """True if the ratio of f1 to f2 in the channels determines the amplitude of the motion."""
 
     @property
     def size(self) -> int:
@@ -156,7 +162,7 @@ class FreeGainObservation:
 
     def linear(self, w: float) -> tuple[Array, Array, Array]:
         """Proportional to w; each gain moves its own entry."""
-        by_w = np.ascontiguousarray(self.sensitivities)  # another order would be compiled for anew
+        by_w = np.ascontiguousarray(self.sensitivities)  # another memory order would be compiled again
         return w * by_w, by_w, w * np.eye(self.size).reshape(self.size, *by_w.shape)
 
     def moved(self, step: Array) -> FreeGainObservation:

@@ -7,18 +7,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..moments.workspace import Moments, Workspace
-from ..numerics.arrays import Array
-from ..numerics.chebyshev import EXACT
-from ..physics.models import RingDownModel
-from ..record import RingDownRecord
+from platform_daemon.estimation.moments.workspace import Moments, Workspace
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.chebyshev import EXACT
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .constraints import Constraints
 from .gauss_newton import FitState, NormalEquations, after_step, normal_equations, with_best_gains
 
-_MOST_PASSES = 250
-_LOST = 0.1  # of the standard deviation of chi^2: so much rounding may take
-_CHUNK = 4096  # samples whose residual is in memory at once
-ROUNDING = 1e-9  # of the data's own chi^2: the digits of the trajectory, and those lost in the difference
+LIMITS = THRESHOLDS.least_squares
+ROUNDING = LIMITS.rounding_share
 
 
 class NoConvergenceError(ArithmeticError):
@@ -45,7 +45,7 @@ class Evaluation:
     normal: NormalEquations
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Minimum:
     """The minimum, with its normal equations; the moments of one small step before it.
 
@@ -60,7 +60,7 @@ class Minimum:
     left: float = 0.0
 
 
-@dataclass
+@dataclass(kw_only=True)
 class FitProblem:
     """A record, a model and its noise; counts the passes over the samples.
 
@@ -90,8 +90,8 @@ class FitProblem:
             LostTrajectoryError: the state does not oscillate.
         """
         self.passes += 1
-        if self.passes > _MOST_PASSES:
-            raise NoConvergenceError(f"no minimum within {_MOST_PASSES} passes over the samples")
+        if self.passes > LIMITS.most_passes:
+            raise NoConvergenceError(f"no minimum within {LIMITS.most_passes} passes over the samples")
         every = some.sample
         if every not in self._thinned:
             self._thinned[every] = np.ascontiguousarray(self.record.samples[:, ::every])
@@ -110,10 +110,18 @@ class FitProblem:
             LostTrajectoryError: the state does not oscillate.
         """
         d, seen, y = state.dynamics, state.observation, self.record.samples
-        motion = self.workspace.block_means(d, self.first, last - self.first, 1, self.record.dt_s, seen.observable, 0.0)
+        motion = self.workspace.block_means(
+            d,
+            begin=self.first,
+            blocks=last - self.first,
+            block=1,
+            dt_s=self.record.dt_s,
+            observable=seen.observable,
+            accuracy=0.0,
+        )
         total = np.zeros(y.shape[0])
-        for begin in range(self.first, last, _CHUNK):
-            here = slice(begin, min(begin + _CHUNK, last))
+        for begin in range(self.first, last, LIMITS.residual_chunk_samples):
+            here = slice(begin, min(begin + LIMITS.residual_chunk_samples, last))
             model = seen.gains(d.w) @ motion[:, here.start - self.first : here.stop - self.first]
             total += np.sum((y[:, here] - model - state.offsets[:, None]) ** 2, axis=1)
         return total
@@ -131,7 +139,7 @@ class FitProblem:
         """The normal equations of all samples with the residual that a small step leaves."""
         normal = after_step(at.normal, self.model, at.state, at.moments, step)
         chance = math.sqrt(2.0 * self.record.channels * normal.samples)
-        if self.model.time_dependent or ROUNDING * normal.data_chi2 < _LOST * chance:
+        if self.model.time_dependent or ROUNDING * normal.data_chi2 < LIMITS.lost_sigma * chance:
             return normal
         state = at.state.moved(step)
         if state.dynamics.theta < 0.0:

@@ -1,7 +1,7 @@
 """The stages of a fit: Gauss-Newton on growing windows, from a few periods to the whole.
 
 The quick schedule looks at some of the half cycles only until the last passes over everything; the careful one looks
-at all of them, on windows that double, and takes over where the quick one fails.
+at all of them, on windows that double, and is used where the quick one fails.
 """
 
 from __future__ import annotations
@@ -11,26 +11,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..numerics.arrays import Array
-from ..numerics.chebyshev import COARSE, EXACT
-from ..physics.models import RingDownModel
-from ..physics.trajectory.basis_functions import DIPOLE
-from ..physics.trajectory.direct import LostTrajectoryError
-from .gauss_newton import FitState, NormalEquations, solve_step, variance_of
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.chebyshev import COARSE, EXACT
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+from .gauss_newton import FitState, NormalEquations, gauss_newton_step, variance_of
 from .problem import ALL_SAMPLES, ROUNDING, Evaluation, FitProblem, Minimum, NoConvergenceError, Subsample
 
-_MOST_ITERATIONS = 30
-_SURE_PHASE = 0.05  # rad
-_CAUTION = 4.0
-_NEGLIGIBLE_FALL = 0.2  # of chi^2, in its standard deviations
-_ENOUGH_SAMPLES = 3000  # for an early pass
-_ENOUGH_IN_HALF_CYCLE = 24
-_MOST_LEFT_OUT = 15  # an early pass looks at no less than one in so many samples
-_PRIOR_WIDTH = 3.0  # of a coefficient's typical size
-_PRIOR_AMPLITUDE = 0.5  # of the start value
+LIMITS = THRESHOLDS.least_squares
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FitStages:
     """How a fit proceeds.
 
@@ -52,13 +46,30 @@ class FitStages:
     digits: float
 
 
-QUICK = FitStages(16.0, 100.0, 1e3, 1e-3, 33, 0.1, COARSE)
-CAREFUL = FitStages(2.0, 0.3, 0.3, 1e-4, 1 << 60, 1.0, EXACT)
+QUICK = FitStages(
+    growth=LIMITS.quick_growth,
+    early=LIMITS.quick_early_chi2,
+    late=LIMITS.quick_late_chi2,
+    final=LIMITS.quick_final_chi2,
+    half_cycles=LIMITS.quick_half_cycles,
+    last_share=LIMITS.quick_last_share,
+    digits=COARSE,
+)
+CAREFUL = FitStages(
+    growth=LIMITS.careful_growth,
+    early=LIMITS.careful_early_chi2,
+    late=LIMITS.careful_early_chi2,
+    final=LIMITS.careful_final_chi2,
+    half_cycles=1 << 60,  # all
+    last_share=1.0,
+    digits=EXACT,
+)
 
 
 @dataclass(frozen=True)
 class Prior:
-    """Gaussian knowledge for windows too short to tell everything: of the amplitude, then of the loss coefficients.
+    """Gaussian knowledge for windows too short to determine everything: of the amplitude, then of the loss
+    coefficients.
 
     mean, precision: (1 + coefficients,), precision 0 where nothing is known.
     """
@@ -81,21 +92,27 @@ class Prior:
 def weak_prior(model: RingDownModel, state: FitState) -> Prior:
     """Coefficients give or take three times their start or typical value; the loss that took up the decay is free.
 
-    Where nothing but the small anharmonicity tells the amplitude, half of the start value is its standard deviation.
+    Where nothing but the small anharmonicity determines the amplitude, half of the start value is its standard
+    deviation.
+
+    Raises:
+        NoConvergenceError: an amplitude of 0, about which nothing is known then.
     """
     d = state.dynamics
     names = [c.name for c in model.coefficients]
     sizes = [max(c.typical * d.w**c.power, abs(q)) for c, q in zip(model.coefficients, d.values, strict=True)]
-    widths = [_PRIOR_WIDTH * size for size in sizes]
-    # The turning points of an angle tell the losses better than the drift of a harmonic does.
+    widths = [LIMITS.prior_width * size for size in sizes]
+    # The turning points of an angle determine the losses better than the drift of a harmonic does.
     if model.losses and state.observation.observable == DIPOLE:
-        widths[names.index(model.losses[-1])] *= 30.0
-    amplitude = np.inf if state.observation.ties_amplitude else _PRIOR_AMPLITUDE * abs(d.amplitude)
+        widths[names.index(model.losses[-1])] *= LIMITS.prior_decay_width
+    amplitude = np.inf if state.observation.ties_amplitude else LIMITS.prior_amplitude_share * abs(d.amplitude)
+    if amplitude == 0.0:
+        raise NoConvergenceError("the start values have no amplitude: the motion is not an oscillation")
     return Prior(np.array([d.amplitude, *d.values]), np.array([amplitude, *widths]) ** -2.0)
 
 
 def fit_progressively(
-    problem: FitProblem, start: FitState, start_periods: float, last: int, schedule: FitStages = CAREFUL
+    problem: FitProblem, start: FitState, *, start_periods: float, last: int, schedule: FitStages = CAREFUL
 ) -> Minimum:
     """Minimise chi^2 over samples first .. last-1, on windows growing from the start's own stretch.
 
@@ -103,26 +120,40 @@ def fit_progressively(
         NoConvergenceError, LostTrajectoryError, numpy.linalg.LinAlgError: no minimum was found.
     """
     period = 2.0 * np.pi / start.dynamics.w * problem.record.sampling_rate_hz
-    length = max(int(start_periods * period), 32)
+    length = max(int(start_periods * period), LIMITS.first_samples)
     prior = weak_prior(problem.model, start)
     state = start
     while problem.first + length < last:
         some = _subsample(length, period, schedule.half_cycles)
-        found = _Stage(problem, problem.first + length, some, schedule.digits, prior).minimise(state, schedule.early)
+        found = _Stage(
+            problem=problem, last=problem.first + length, some=some, digits=schedule.digits, prior=prior
+        ).minimise(state, schedule.early)
         state = found.state
         wanted = min(schedule.growth, (last - problem.first) / length)
         length = math.ceil(length * _growth(problem, found, length, wanted))
     if schedule.digits < EXACT:
         whole = last - problem.first
         some = _subsample(whole, period, max(schedule.half_cycles, int(schedule.last_share * 2.0 * whole / period)))
-        state = _Stage(problem, last, some, schedule.digits, None).minimise(state, schedule.late).state
-    final = _Stage(problem, last, ALL_SAMPLES, EXACT, None).minimise(state, schedule.final)
+        state = (
+            _Stage(problem=problem, last=last, some=some, digits=schedule.digits, prior=None)
+            .minimise(state, schedule.late)
+            .state
+        )
+    final = _Stage(problem=problem, last=last, some=ALL_SAMPLES, digits=EXACT, prior=None).minimise(
+        state, schedule.final
+    )
     normal = problem.after(final.before, final.step)
     chi2_sd = math.sqrt(2.0 * problem.record.channels * normal.samples)
     fall = final.before.normal.chi2 - normal.chi2
-    if fall < _NEGLIGIBLE_FALL * chi2_sd:
-        return Minimum(final.state, final.before.state, normal, final.before.moments, max(fall, 0.0))
-    return Minimum(final.state, final.state, normal, final.before.moments)
+    if fall < LIMITS.negligible_fall_sigma * chi2_sd:
+        return Minimum(
+            state=final.state,
+            tabulated=final.before.state,
+            normal=normal,
+            moments=final.before.moments,
+            left=max(fall, 0.0),
+        )
+    return Minimum(state=final.state, tabulated=final.state, normal=normal, moments=final.before.moments)
 
 
 def _growth(problem: FitProblem, found: _StageEnd, length: int, growth: float) -> float:
@@ -136,7 +167,7 @@ def _growth(problem: FitProblem, found: _StageEnd, length: int, growth: float) -
     while growth > 2.0:
         end = (problem.first + growth * length) * problem.record.dt_s
         direction[: chain.shape[0]] = np.array([1.0, end, -growth * slopes[0], *(-(growth**2) * slopes[1:])]) @ chain
-        if variance_of(direction, found.before.normal, problem.free) < _SURE_PHASE**2:
+        if variance_of(direction, found.before.normal, problem.free) < LIMITS.sure_phase_rad**2:
             return growth
         growth *= 0.5
     return 2.0
@@ -147,7 +178,10 @@ def _subsample(samples: int, period: float, half_cycles: int) -> Subsample:
     stride = int(2.0 * samples / (period * half_cycles)) | 1  # odd, so that both directions are seen
     if half_cycles > samples:
         return Subsample(stride)
-    most = min(samples / _ENOUGH_SAMPLES, _MOST_LEFT_OUT) / stride, 0.5 * period / _ENOUGH_IN_HALF_CYCLE
+    most = (
+        min(samples / LIMITS.early_samples, LIMITS.early_stride) / stride,
+        0.5 * period / LIMITS.early_half_cycle_samples,
+    )
     return Subsample(stride, max(1, int(min(most))))
 
 
@@ -160,7 +194,7 @@ class _StageEnd:
     step: Array
 
 
-@dataclass
+@dataclass(kw_only=True)
 class _Stage:
     """Damped Gauss-Newton on one window."""
 
@@ -177,8 +211,8 @@ class _Stage:
         """
         at = self._evaluate(state)
         damping = 0.0
-        for _ in range(_MOST_ITERATIONS):
-            step, predicted = solve_step(at.normal, self.problem.free, damping)
+        for _ in range(LIMITS.most_iterations):
+            step, predicted = gauss_newton_step(at.normal, self.problem.free, damping)
             shrink = _shrink(at.state, step, self.last * self.problem.record.dt_s)
             undamped = damping == 0.0 and shrink == 1.0
             if undamped and (predicted < tolerance or self._left(at, step, predicted) < tolerance):
@@ -186,16 +220,16 @@ class _Stage:
             trial = self._try(at.state.moved(shrink * step))
             if trial is not None and _is_better(trial.normal, at.normal):
                 at = trial
-                damping = 0.1 * damping if damping > 1e-6 else 0.0
+                damping = LIMITS.damping_fall * damping if damping > LIMITS.no_damping else 0.0
             else:
-                damping = max(1e-4, 10.0 * damping)
-            if damping > 1e8:
+                damping = max(LIMITS.least_damping, LIMITS.damping_factor * damping)
+            if damping > LIMITS.most_damping:
                 break
-        raise NoConvergenceError(f"no minimum after {_MOST_ITERATIONS} iterations")
+        raise NoConvergenceError(f"no minimum after {LIMITS.most_iterations} iterations")
 
     def _left(self, at: Evaluation, step: Array, predicted: float) -> float:
         """Upper estimate of the fall of chi^2 that the next step would predict."""
-        return _CAUTION * self.problem.bend(at, step, self.last) ** 2 * predicted
+        return LIMITS.caution * self.problem.bend(at, step, self.last) ** 2 * predicted
 
     def _try(self, state: FitState) -> Evaluation | None:
         try:
@@ -211,8 +245,8 @@ class _Stage:
 
 def _is_better(trial: NormalEquations, normal: NormalEquations) -> bool:
     """Not worse than rounding, or than the few samples that changed sides where half cycles are left out."""
-    slack = 1e-12 if trial.samples == normal.samples else 0.02
-    rounding = 1e-6 + ROUNDING * normal.data_chi2
+    slack = LIMITS.worse_share if trial.samples == normal.samples else LIMITS.worse_subsample_share
+    rounding = LIMITS.worse_chi2 + ROUNDING * normal.data_chi2
     return trial.chi2 / trial.samples <= (normal.chi2 * (1.0 + slack) + rounding) / normal.samples
 
 
@@ -220,9 +254,9 @@ def _shrink(state: FitState, step: Array, t_end_s: float) -> float:
     """Largest fraction of a step for which the linearisation can still hold."""
     own = 3 + len(state.dynamics.values)
     excess = max(
-        abs(step[0]) / 0.7,
-        abs(step[1]) * t_end_s / 2.0,
-        abs(step[2]) / (0.4 * abs(state.dynamics.amplitude)),
+        abs(step[0]) / LIMITS.step_phase_rad,
+        abs(step[1]) * t_end_s / LIMITS.step_frequency_rad,
+        abs(step[2]) / (LIMITS.step_amplitude_share * abs(state.dynamics.amplitude)),
         state.observation.bend(step[own : own + state.observation.size]),
     )
     return 1.0 if excess <= 1.0 else 1.0 / excess

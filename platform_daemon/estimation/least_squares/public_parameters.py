@@ -8,20 +8,21 @@ from functools import cache
 
 import numpy as np
 
-from ..numerics.arrays import Array
-from ..parameters import PARAMETER_NAMES, Estimate
-from ..physics.models import RingDownModel
-from ..physics.trajectory.initial_conditions import initial_conditions_of_state
-from ..physics.trajectory.state_at_zero import state_at_zero
-from ..refusal import Refusal, RefusedError
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.parameters import PARAMETER_NAMES, Estimate
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.initial_conditions import initial_conditions_of_state
+from platform_daemon.estimation.physics.trajectory.state_at_zero import state_at_zero
+from platform_daemon.estimation.refusal import Refusal, RefusedError
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .gauss_newton import FitState, NormalEquations, covariance
 
-POOR_CHI2 = 1.5  # per degree of freedom; beyond it other starts are tried
-_LARGEST_RELATIVE_STD = 0.05
-_LARGEST_RELATIVE_STD_FREE_GAINS = 0.3
+LIMITS = THRESHOLDS.least_squares
+POOR_CHI2 = LIMITS.poor_chi2_per_dof
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PublicParameters:
     """Public parameters: estimates, covariance of the free ones, condition number of the scaled normal matrix."""
 
@@ -36,7 +37,8 @@ class PublicParameters:
             return self
         root = math.sqrt(by)
         wider = {n: e if e.std is None else Estimate(e.value, root * e.std) for n, e in self.parameters.items()}
-        return replace(self, parameters=wider, covariance=by * self.covariance)
+        stds = [wider[name].std for name in self.names]
+        return replace(self, parameters=wider, covariance=_with_variances(by * self.covariance, np.array(stds)))
 
 
 def by_convention(state: FitState, model: RingDownModel) -> FitState:
@@ -55,21 +57,31 @@ def propagate_to_public(
     estimated: list[bool] = (spread != 0.0).any(axis=1).tolist()
     known = spread[estimated]
     matrix = known @ internal @ known.T
-    stds = iter(np.sqrt(matrix.diagonal()).tolist())
+    stds = np.sqrt(matrix.diagonal())
+    each = iter(stds.tolist())
     parameters = {
-        name: Estimate(value, next(stds) if is_free else None)
+        name: Estimate(value, next(each) if is_free else None)
         for name, value, is_free in zip(names, values.tolist(), estimated, strict=True)
     }
     kept = tuple(name for name in names if parameters[name].std is not None)
-    return PublicParameters(parameters, kept, matrix, condition)
+    return PublicParameters(
+        parameters=parameters, names=kept, covariance=_with_variances(matrix, stds), condition=condition
+    )
+
+
+def _with_variances(covariance: Array, stds: Array) -> Array:
+    """The covariance whose diagonal is the square of these standard deviations to the last bit, as readers expect."""
+    found = covariance.copy()
+    np.fill_diagonal(found, stds * stds)
+    return found
 
 
 def refuse_faint(public: PublicParameters) -> None:
-    """Refuse a size of the motion that means nothing beside its own error."""
+    """Refuse a size of the motion that is not larger than its own error."""
     estimates = public.parameters
-    name, limit = "m_r_am2", _LARGEST_RELATIVE_STD
+    name, limit = "m_r_am2", LIMITS.faint_share
     if name not in estimates or estimates[name].std is None:
-        name, limit = "phi_max_rad", _LARGEST_RELATIVE_STD_FREE_GAINS
+        name, limit = "phi_max_rad", LIMITS.faint_free_gain_share
     estimate = estimates[name]
     if estimate.std is not None and estimate.std > limit * abs(estimate.value):
         raise RefusedError(Refusal.AMPLITUDE_BELOW_FLOOR, f"{name} = {estimate.value:.4g} +- {estimate.std:.2g}")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..numerics.jit import fast_kernel
-from ..physics.trajectory.half_cycle_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
-from ..physics.trajectory.half_cycle_table import look_up_values
+from platform_daemon.estimation.numerics.jit import fast_kernel
+from platform_daemon.estimation.physics.trajectory.half_cycle_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
+from platform_daemon.estimation.physics.trajectory.half_cycle_table import look_up_values
+
 from .tabulated import write_basis
 
 
@@ -25,7 +26,7 @@ def fill_basis_from_table(  # type: ignore[no-untyped-def]
     here = np.empty((4 + 2 * columns, m))
     basis = np.empty((b - 1, m))
     by_node = np.empty(m)
-    # Barycentric weights of Chebyshev nodes of the first kind, which stand in their order (Berrut and Trefethen 2004).
+    # Barycentric weights of Chebyshev nodes of the first kind, which are in their order (Berrut and Trefethen 2004).
     barycentric = np.sqrt(1.0 - nodes * nodes)
     barycentric[1::2] *= -1.0
     for half_cycle in range(count):

@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..numerics.arrays import Array
-from ..physics.models import RingDownModel
-from ..physics.trajectory.direct import MotionParameters, Trajectory
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters, Trajectory
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_CHUNK = 4096  # samples whose basis is in memory at once
+LIMITS = THRESHOLDS.least_squares
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Moments:
     """Sufficient statistics of a window: gram (b, b), products (channels, b), energy (channels,) = sum y^2.
 
@@ -29,11 +30,11 @@ class Moments:
     def followed_by(self, later: Moments) -> Moments:
         """Of both stretches."""
         return Moments(
-            self.gram + later.gram,
-            self.products + later.products,
-            self.energy + later.energy,
-            self.samples + later.samples,
-            later.slopes,
+            gram=self.gram + later.gram,
+            products=self.products + later.products,
+            energy=self.energy + later.energy,
+            samples=self.samples + later.samples,
+            slopes=later.slopes,
         )
 
 
@@ -48,11 +49,11 @@ def direct_moments(
     trajectory = Trajectory(model, dynamics, (last - 1) * dt_s)
     b = 7 + 2 * (1 + len(model.coefficients))
     gram, products, energy = np.zeros((b, b)), np.zeros((y.shape[0], b)), np.zeros(y.shape[0])
-    for begin in range(first, last, _CHUNK):
-        stop = min(begin + _CHUNK, last)
+    for begin in range(first, last, LIMITS.direct_chunk_samples):
+        stop = min(begin + LIMITS.direct_chunk_samples, last)
         basis = trajectory.basis(begin, stop, dt_s, observable)
         piece = y[:, begin:stop]
         gram += basis @ basis.T
         products += piece @ basis.T
         energy += np.sum(piece**2, axis=1)
-    return Moments(gram, products, energy, last - first, trajectory.slopes())
+    return Moments(gram=gram, products=products, energy=energy, samples=last - first, slopes=trajectory.slopes())

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from ..numerics.jit import fast_part
+from platform_daemon.estimation.numerics.jit import fast_part
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_CHUNK = 384  # samples whose polynomials fit into the fastest cache
-_LANE = 8  # samples are handled in so many at once; the last few are filled up with zeros
+LIMITS = THRESHOLDS.least_squares
+_CHUNK = LIMITS.kernel_chunk_samples
+_LANE = LIMITS.kernel_lane_samples
+BATCH = LIMITS.kernel_batch_half_cycles
+
 SCRATCH = 7 * _CHUNK
-BATCH = 8  # half cycles whose nodes are summed over at once
 
 # Parts of arrays are taken as slices here: an index that might be negative keeps a loop from running in lanes.
 
@@ -47,7 +50,7 @@ def _place(x, dx, n, numbers, twice, even, odd):  # type: ignore[no-untyped-def]
 
 
 @fast_part
-def spread(y, row, first, last, x, dx, buffer, sums, ones, energy):  # type: ignore[no-untyped-def]
+def accumulate_samples(y, row, first, last, x, dx, buffer, sums, ones, energy):  # type: ignore[no-untyped-def]
     """Add samples first .. last-1 of channels row .. row+2 times T_k to three columns of sums (m, ..), y^2 to energy.
 
     Ones instead of samples are added to column `ones`, once (with row 0); behind it follow those of the channels. A

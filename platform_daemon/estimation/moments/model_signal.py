@@ -6,13 +6,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..numerics.arrays import Array
-from ..numerics.jit import fast_kernel, fast_part
-from ..physics.trajectory.half_cycle_chain import HEAD_DURATION, HEAD_SIDE, HEAD_START
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.jit import fast_kernel, fast_part
+from platform_daemon.estimation.physics.trajectory.half_cycle_chain import HEAD_DURATION, HEAD_SIDE, HEAD_START
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_POINTS = 3  # in a block
-_TOGETHER = 64  # places that are looked up at once
-_FINE_ENOUGH = 1e-4  # of the signal: what so few points and the coefficients left out may be wrong by
+LIMITS = THRESHOLDS.least_squares
+_TOGETHER = LIMITS.kernel_places
 
 
 def to_coefficients(values: Array, to_nodes: Array, accuracy: float) -> Array:
@@ -21,17 +21,17 @@ def to_coefficients(values: Array, to_nodes: Array, accuracy: float) -> Array:
     """
     found = values[:, :, :2] @ to_nodes.T
     size = np.abs(found).max(axis=(0, 1))
-    matters = (size > 0.01 * accuracy * size.max(axis=1, keepdims=True)).any(axis=0)
+    matters = (size > LIMITS.coefficient_error_share * accuracy * size.max(axis=1, keepdims=True)).any(axis=0)
     return np.ascontiguousarray(found[..., : int(np.flatnonzero(matters)[-1]) // 2 * 2 + 2])
 
 
-def points_in(block: int, accuracy: float) -> tuple[Array, Array]:
+def quadrature_points(block: int, accuracy: float) -> tuple[Array, Array]:
     """Places in a block of samples, from its first one on, and weights: with these a smooth signal has its mean.
 
     accuracy: relative to the signal. Where few points are not enough, all samples are taken: friction bends the
     signal at its turning points, so that a few more would not do.
     """
-    return _gauss(block, block if accuracy < _FINE_ENOUGH else min(block, _POINTS))
+    return _gauss(block, block if accuracy < LIMITS.block_error_share else min(block, LIMITS.block_points))
 
 
 @lru_cache(32)

@@ -3,7 +3,8 @@ at the samples.
 
 On a half cycle every basis function is a polynomial with known values at m nodes. Its product with the data is
 sum over nodes of B(node) Y(node), where Y collects the samples against the node polynomials: a few multiply-adds per
-sample, whatever the number of basis functions. Products of basis functions are collected in the same way from ones.
+sample, independent of the number of basis functions. Products of basis functions are collected in the same way from
+ones.
 """
 
 from __future__ import annotations
@@ -12,11 +13,12 @@ import math
 
 import numpy as np
 
-from ..numerics.jit import fast_kernel, fast_part
-from ..physics.trajectory.basis_functions import DIPOLE
-from ..physics.trajectory.half_cycle_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
-from ..physics.trajectory.half_cycle_table import look_up_values
-from .kernels import BATCH, SCRATCH, add_gram, add_products, count_up, spread, to_nodes
+from platform_daemon.estimation.numerics.jit import fast_kernel, fast_part
+from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE
+from platform_daemon.estimation.physics.trajectory.half_cycle_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
+from platform_daemon.estimation.physics.trajectory.half_cycle_table import look_up_values
+
+from .kernels import BATCH, SCRATCH, accumulate_samples, add_gram, add_products, count_up, to_nodes
 
 
 @fast_part
@@ -86,7 +88,7 @@ def collect_half_cycles(  # type: ignore[no-untyped-def]
             dx = 2.0 * w * dt / heads[h, HEAD_DURATION]
             x = 2.0 * (w * begin * dt + theta - heads[h, HEAD_START]) / heads[h, HEAD_DURATION] - 1.0
             for group in range(groups):
-                spread(y, 3 * group, begin, stop, x, dx, scratch, sums, held * rows, squares)
+                accumulate_samples(y, 3 * group, begin, stop, x, dx, scratch, sums, held * rows, squares)
             look_up_values(weights[h], values[0 if mirrored or heads[h, HEAD_SIDE] > 0.0 else 1], here)
             write_basis(here, heads[h], observable, nodes, w, theta, columns, held * m, basis)
             for channel in range(channels):

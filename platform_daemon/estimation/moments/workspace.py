@@ -8,17 +8,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..numerics.arrays import Array
-from ..numerics.chebyshev import EXACT, nodes_for
-from ..physics.models import RingDownModel
-from ..physics.trajectory.basis_functions import DIPOLE
-from ..physics.trajectory.direct import EARLIEST, LostTrajectoryError, MotionParameters, Trajectory
-from ..physics.trajectory.direct_chain import STATUS_LOST, STATUS_OK, STATUS_STUCK
-from ..physics.trajectory.half_cycle_walk import HalfCycleTables, Walk
-from ..physics.trajectory.table_range import WALK, WALK_START
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.chebyshev import EXACT, nodes_for
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE
+from platform_daemon.estimation.physics.trajectory.direct import (
+    EARLIEST,
+    LostTrajectoryError,
+    MotionParameters,
+    Trajectory,
+)
+from platform_daemon.estimation.physics.trajectory.direct_chain import STATUS_LOST, STATUS_OK, STATUS_STUCK
+from platform_daemon.estimation.physics.trajectory.half_cycle_walk import HalfCycleTables, HalfCycleWalk
+from platform_daemon.estimation.physics.trajectory.table_range import WALK, WALK_START
+
 from .basis import fill_basis_from_table
 from .direct import Moments, direct_moments
-from .model_signal import fill_model, points_in, to_coefficients
+from .model_signal import fill_model, quadrature_points, to_coefficients
 from .tabulated import collect_half_cycles
 
 __all__ = ["Moments", "Workspace"]
@@ -35,10 +41,10 @@ def _check(d: MotionParameters, end_s: float) -> None:
 
 @dataclass(frozen=True)
 class _Held:
-    """A walk that needed one stretch only: `count` half cycles, as they stand in its heads and weights."""
+    """A walk that needed one stretch only: `count` half cycles, as they are in its heads and weights."""
 
     dynamics: MotionParameters
-    walk: Walk
+    walk: HalfCycleWalk
     tables: HalfCycleTables
     count: int
 
@@ -91,10 +97,11 @@ class Workspace:
         digits: float,
     ) -> Moments:
         """The same by a walk, from its anchor on; keeps it if it is exact and needed one stretch only."""
-        walk, tables = Walk(self.model, d, d.w * (last - 1) * dt_s + d.theta), self._tables_for(d, digits)
+        walk, tables = HalfCycleWalk(self.model, d, d.w * (last - 1) * dt_s + d.theta), self._tables_for(d, digits)
         b, channels, g = self._basis_size, y.shape[0], tables.grid
         sums = np.zeros((b, b)), np.zeros((channels, b)), np.zeros(channels)
-        self._held, used, passed, stretches = None, 0, 0, 0
+        self._held = None
+        used = passed = stretches = 0
         for count in walk.stretches(tables, observable, digits):
             if count:
                 stretches += 1
@@ -110,11 +117,13 @@ class Workspace:
             raise LostTrajectoryError(_LOST)
         if digits == EXACT and stretches == 1:
             self._held = _Held(d, walk, tables, passed)
-        return Moments(*sums, used, walk.at[WALK + self.columns :])
+        gram, products, energy = sums
+        return Moments(gram=gram, products=products, energy=energy, samples=used, slopes=walk.at[WALK + self.columns :])
 
     def block_means(
         self,
         dynamics: MotionParameters,
+        *,
         begin: int,
         blocks: int,
         block: int,
@@ -124,13 +133,15 @@ class Workspace:
     ) -> Array:
         """f1, f2 averaged over blocks of samples from sample `begin` on, (2, blocks); accuracy: relative.
 
-        Goes the way that `moments` has gone, if it was called for this motion last.
+        Uses the walk of `moments`, if that was called for this motion last.
 
         Raises:
             LostTrajectoryError: the parameters describe no oscillation.
         """
-        d, out, done = dynamics, np.zeros((2, blocks)), 0
-        places, shares = points_in(block, accuracy)
+        d = dynamics
+        out = np.zeros((2, blocks))
+        done = 0
+        places, shares = quadrature_points(block, accuracy)
         for walk, tables, count in self._ways(d, d.w * (begin + blocks * block) * dt_s + d.theta, observable):
             used = tables.values[: 1 if self._symmetric else 2, : walk.weights.shape[1]]
             done = fill_model(
@@ -177,14 +188,16 @@ class Workspace:
             raise LostTrajectoryError(_LOST)
         return out
 
-    def _ways(self, d: MotionParameters, s_end: float, observable: int) -> Iterator[tuple[Walk, HalfCycleTables, int]]:
-        """Stretches of a walk until s_end, walked already or anew."""
+    def _ways(
+        self, d: MotionParameters, s_end: float, observable: int
+    ) -> Iterator[tuple[HalfCycleWalk, HalfCycleTables, int]]:
+        """Stretches of a walk until s_end: of the kept walk if it is the same motion, else of a new one."""
         held = self._held
         if held is not None and held.dynamics == d and held.walk.reaches(s_end):
             yield held.walk, held.tables, held.count
             return
         self._held = None  # its tables are written over
-        walk, tables = Walk(self.model, d, s_end), self._tables_for(d, EXACT)
+        walk, tables = HalfCycleWalk(self.model, d, s_end), self._tables_for(d, EXACT)
         for count in walk.stretches(tables, observable, EXACT):
             yield walk, tables, count
 

@@ -1,4 +1,4 @@
-"""The noise that counts: its level at the signal's harmonics, as far as the measured spectrum can tell it from white.
+"""The noise that counts: its level at the signal's harmonics, as far as it differs significantly from white noise.
 
 A spectrum from one short record is uncertain by tens of per cent per bin. Bins are therefore gathered into bands, and
 a smooth law in the logarithm of the frequency is drawn through them; where neither the law nor the bands differ
@@ -13,16 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import digamma, polygamma
 
-from ..numerics.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .model import NoiseModel
 
-_BELOW, _ABOVE = 3.0, 12.0  # the law is drawn from f / 3 to 12 f
-_BAND_RATIO = 1.2
-_SMALLEST_BAND = 6.0  # independent values
-_HIGHEST_POWER = 3
-_STEPS_PER_OCTAVE = 8.0
-_SIGNIFICANT = 3.5  # standard deviations
-_BESIDE = 1.5  # the bands within this factor of a frequency stand for it where no law holds
+LIMITS = THRESHOLDS.noise
 
 
 @dataclass(frozen=True)
@@ -44,7 +40,7 @@ _NO_BANDS = _Bands(np.empty(0), np.empty((0, 0)), np.empty(0))
 
 
 def sd_at(noise: NoiseModel, frequency_hz: Array, sampling_rate_hz: float) -> Array:
-    """Standard deviation of white noise with the density that stands at each frequency (m,): (channels, m)."""
+    """Standard deviation of white noise with the density at each frequency (m,): (channels, m)."""
     frequency_hz = np.asarray(frequency_hz, dtype=np.float64)
     if noise.degrees is None:
         density = np.stack([np.interp(frequency_hz, noise.frequency_hz, row) for row in noise.psd])
@@ -64,13 +60,13 @@ def is_white(noise: NoiseModel, frequency_hz: float, sampling_rate_hz: float) ->
 
 def _near(noise: NoiseModel, frequency_hz: float, sampling_rate_hz: float) -> tuple[_Bands, tuple[int, ...]]:
     """Bands and coloured channels; the shots of a series differ little in frequency: the same serve all of them."""
-    near = 2.0 ** (round(_STEPS_PER_OCTAVE * math.log2(frequency_hz)) / _STEPS_PER_OCTAVE)
+    near = 2.0 ** (round(LIMITS.law_steps_per_octave * math.log2(frequency_hz)) / LIMITS.law_steps_per_octave)
     return noise.kept(_coloured, near, sampling_rate_hz)
 
 
 def _coloured(noise: NoiseModel, frequency_hz: float, sampling_rate_hz: float) -> tuple[_Bands, tuple[int, ...]]:
     """Bands around a frequency and its harmonics, and the channels in which they are not white."""
-    bands = _bands(noise, frequency_hz / _BELOW, frequency_hz * _ABOVE)
+    bands = _bands(noise, frequency_hz / LIMITS.law_below, frequency_hz * LIMITS.law_above)
     if bands is None:
         return _NO_BANDS, ()
     excess = bands.log_density - np.log(2.0 * noise.sd**2 / sampling_rate_hz)[:, None]
@@ -84,7 +80,7 @@ def _bands(noise: NoiseModel, low_hz: float, high_hz: float) -> _Bands | None:
     usable = np.flatnonzero((degrees > 0.0) & (grid > low_hz) & (grid < high_hz))
     share = degrees[usable]
     begins = _band_begins(grid[usable], np.cumsum(share) / noise.correlated_bins)
-    if len(begins) <= _HIGHEST_POWER + 1:
+    if len(begins) <= LIMITS.law_power + 1:
         return None
     total = np.add.reduceat(share, begins)
     density = np.add.reduceat(share * noise.psd[:, usable], begins, axis=1) / total
@@ -95,13 +91,13 @@ def _bands(noise: NoiseModel, low_hz: float, high_hz: float) -> _Bands | None:
 
 
 def _band_begins(grid: Array, independent: Array) -> list[int]:
-    """First bins of bands as wide as _BAND_RATIO, or as it takes to hold the smallest number of independent values."""
+    """First bins of bands that are as wide as the band ratio, or as it takes for enough independent values."""
     if grid.size == 0:
         return []
-    octave = np.floor(np.log(grid / grid[0]) / np.log(_BAND_RATIO))
+    octave = np.floor(np.log(grid / grid[0]) / np.log(LIMITS.band_ratio))
     begins, before = [0], 0.0
     for k in np.flatnonzero(np.diff(octave)):
-        if min(independent[k] - before, independent[-1] - independent[k]) >= _SMALLEST_BAND:
+        if min(independent[k] - before, independent[-1] - independent[k]) >= LIMITS.band_values:
             begins.append(int(k) + 1)
             before = float(independent[k])
     return begins
@@ -113,7 +109,7 @@ def _is_white(excess: Array, weight: Array) -> bool:
     squares, m = float(weight @ excess**2), excess.size
     halves = np.array_split(weight * excess, 3), np.array_split(weight, 3)
     thirds = [abs(a.sum()) / np.sqrt(b.sum()) for a, b in zip(*halves, strict=True)]
-    return max(abs(mean), *thirds) < _SIGNIFICANT and squares < m + _SIGNIFICANT * np.sqrt(2.0 * m)
+    return max(abs(mean), *thirds) < LIMITS.colour_sigma and squares < m + LIMITS.colour_sigma * np.sqrt(2.0 * m)
 
 
 def _law(bands: _Bands, row: Array, log_frequency: Array) -> Array:
@@ -123,20 +119,20 @@ def _law(bands: _Bands, row: Array, log_frequency: Array) -> Array:
     """
     x = np.log(bands.frequency_hz)
     root = np.sqrt(bands.weight)
-    powers = np.arange(_HIGHEST_POWER + 1)
+    powers = np.arange(LIMITS.law_power + 1)
     q, r = np.linalg.qr(root[:, None] * (x - x[0])[:, None] ** powers)
     found = q.T @ (root * row)
     left = float(np.sum((root * row - q @ found) ** 2))
     freedom = row.size - powers.size
-    if left > freedom + _SIGNIFICANT * np.sqrt(2.0 * freedom) + _SIGNIFICANT:
+    if left > freedom + LIMITS.colour_sigma * np.sqrt(2.0 * freedom) + LIMITS.colour_sigma:
         return np.array([_beside(x - at, row, bands.weight) for at in log_frequency])
-    found[np.abs(found) < np.where(powers > 0, 2.0, 0.0)] = 0.0
+    found[np.abs(found) < np.where(powers > 0, LIMITS.law_power_sigma, 0.0)] = 0.0
     return np.asarray((log_frequency - x[0])[:, None] ** powers @ np.linalg.solve(r, found))
 
 
 def _beside(distance: Array, row: Array, weight: Array) -> float:
     """Mean of the bands near distance 0, or the nearest one."""
-    near = np.abs(distance) < np.log(_BESIDE)
+    near = np.abs(distance) < np.log(LIMITS.beside_ratio)
     if not near.any():
         return float(row[np.argmin(np.abs(distance))])
     return float(weight[near] @ row[near] / weight[near].sum())

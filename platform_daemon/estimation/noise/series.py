@@ -1,7 +1,7 @@
 """One noise model for a series of shots: from blank ones where there are any, else from between the harmonics of all.
 
-A single short record tells its noise spectrum to some tens of per cent only; twelve of them do better. A shot whose
-noise differs from that of the others keeps its own.
+A single short record determines its noise spectrum to some tens of per cent only; twelve determine it better. A shot
+whose noise differs from that of the others keeps its own.
 """
 
 from __future__ import annotations
@@ -12,21 +12,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..numerics.arrays import Array
-from ..record import RingDownRecord
-from ..screening.spectral_lines import Zones, is_mains
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.screening.spectral_lines import Zones, is_mains
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .model import NoiseModel, bridge, estimate_noise, sd_of
 from .tones_and_drift import find_tones
 
-_ENOUGH_SHOTS = 12
-_TONE_RATE_HZ = 8000.0  # tones above half of it are far from any harmonic that matters
-_SHORTEST = 1024  # samples
-_SLOWER, _FASTER = 0.01, 0.08  # relative: a rotor that has nearly come to rest swings faster than in a shot
-_MAINS_TOLERANCE = 0.005
-_STRETCH, _STRETCHES = 4096, 4
-_DIFFERENCES = 3  # so many take a resonance far below the sampling rate down to nothing
-_UNLIKE = 6.0  # standard deviations
-_PRACTICAL = 0.1  # of the logarithm of the level
+LIMITS = THRESHOLDS.noise
 
 
 @dataclass(frozen=True)
@@ -55,16 +49,22 @@ class SeriesNoise:
     _pooled: NoiseModel | None = None
 
     def learn(self, record: RingDownRecord, *, blank: bool = False, rings_hz: float | None = None) -> None:
-        """Take a shot into account. The first blank one displaces what was learned beside the signal of others.
+        """Take a shot into account. The first blank one replaces what was learned from shots with a signal.
 
         rings_hz: where the rotor swings, Hz: in a blank shot it may do so still, and that is no noise.
         """
-        known = len(self._models) >= _ENOUGH_SHOTS or self._blank
-        if (known and not blank) or (self._blank and len(self._models) >= _ENOUGH_SHOTS) or not _is_usable(record):
+        known = len(self._models) >= LIMITS.enough_shots or self._blank
+        if (
+            (known and not blank)
+            or (self._blank and len(self._models) >= LIMITS.enough_shots)
+            or not _is_usable(record)
+        ):
             return
         began = time.perf_counter()
         if blank and not self._blank:
-            self._models, self._levels, self._blank = [], [], True
+            self._models = []
+            self._levels = []
+            self._blank = True
         self._models.append(_noise_of_blank(record, rings_hz) if blank else estimate_noise(record))
         self._levels.append(_level(record))
         self._pooled = self._pool()
@@ -94,10 +94,26 @@ class SeriesNoise:
     def _pool(self) -> NoiseModel:
         """Average over the shots that are like most."""
         pairs = zip(self._models, self._levels, strict=True)
-        alike = [m for m, level in pairs if not _is_unlike(level - self._usual, _SHORTEST)] or self._models[:1]
+        alike = [
+            m for m, level in pairs if not _is_unlike(level - self._usual, LIMITS.series_shortest_samples)
+        ] or self._models[:1]
         shots = f"{len(alike)} {'blank ' if self._blank else ''}{'shot' if len(alike) == 1 else 'shots'}"
         source = shots if self._blank else f"{shots}, beside the signal"
         return replace(pooled(alike), source=source, tones_hz=_shared_tones(alike))
+
+
+class KnownNoise(SeriesNoise):
+    """Noise that is known from elsewhere: no shot teaches it, and every shot has it."""
+
+    def __init__(self, model: NoiseModel) -> None:
+        super().__init__(_pooled=model)
+
+    def learn(self, record: RingDownRecord, *, blank: bool = False, rings_hz: float | None = None) -> None:
+        """See SeriesNoise; it knows already."""
+
+    def for_shot(self, record: RingDownRecord) -> ShotNoise:
+        """See SeriesNoise."""
+        return ShotNoise(self.model, None, 0.0)
 
 
 def pooled(models: list[NoiseModel]) -> NoiseModel:
@@ -117,17 +133,17 @@ def pooled(models: list[NoiseModel]) -> NoiseModel:
 
 def _noise_of_blank(record: RingDownRecord, rings_hz: float | None) -> NoiseModel:
     """Noise of a shot without excitation, and the steady tones in it; a swing that dies out is neither."""
-    block = max(1, int(record.sampling_rate_hz / _TONE_RATE_HZ))
+    block = max(1, int(record.sampling_rate_hz / LIMITS.tone_rate_hz))
     y = record.valid
     means = y[:, : y.shape[1] // block * block].reshape(record.channels, -1, block).mean(axis=2)
     tones = find_tones(means, record.sampling_rate_hz / block, None)
     model = estimate_noise(record, blank=True).without_tones(tones)
     if rings_hz is not None:
-        low_hz, high_hz = (1.0 - _SLOWER) * rings_hz, (1.0 + _FASTER) * rings_hz
+        low_hz, high_hz = (1.0 - LIMITS.ringing_slower_share) * rings_hz, (1.0 + LIMITS.ringing_faster_share) * rings_hz
         model = model.without_ringing(low_hz, high_hz)
         # In a short window a swing that dies out slowly looks like a tone.
-        swing = Zones(low_hz, high_hz, record.sampling_rate_hz / y.shape[1])
-        tones = np.array([t for t in tones if not swing.holds(t) or is_mains(t, relative=_MAINS_TOLERANCE)])
+        swing = Zones(low_hz=low_hz, high_hz=high_hz, margin_hz=record.sampling_rate_hz / y.shape[1])
+        tones = np.array([t for t in tones if not swing.holds(t) or is_mains(t, relative=LIMITS.mains_share)])
     return replace(model, tones_hz=tuple(tones.tolist()))
 
 
@@ -144,19 +160,22 @@ def _shared_tones(models: list[NoiseModel]) -> tuple[float, ...]:
 
 def _is_usable(record: RingDownRecord) -> bool:
     """Long enough, and finite."""
-    return record.valid.shape[1] >= _SHORTEST and bool(np.isfinite(record.valid).all())
+    return record.valid.shape[1] >= LIMITS.series_shortest_samples and bool(np.isfinite(record.valid).all())
 
 
 def _level(record: RingDownRecord) -> Array:
     """Logarithm of the noise level, (channels,), from differences of neighbouring samples in a few stretches."""
     y = record.valid
-    begins = np.linspace(0, max(y.shape[1] - _STRETCH, 0), _STRETCHES).astype(int)
-    squares = [np.mean(np.diff(y[:, b : b + _STRETCH], _DIFFERENCES, axis=1) ** 2, axis=1) for b in begins]
+    begins = np.linspace(0, max(y.shape[1] - LIMITS.level_stretch_samples, 0), LIMITS.level_stretches).astype(int)
+    squares = [
+        np.mean(np.diff(y[:, b : b + LIMITS.level_stretch_samples], LIMITS.level_differences, axis=1) ** 2, axis=1)
+        for b in begins
+    ]
     return np.asarray(0.5 * np.log(np.maximum(np.mean(squares, axis=0), 1e-300)))
 
 
 def _is_unlike(excess: Array, samples: int) -> bool:
     """A level that differs beyond chance, and beyond what would matter, in any channel."""
     # Third differences of white noise are correlated: their mean square scatters like that of n / 2.3 samples.
-    chance = math.sqrt(2.3 / (2.0 * min(samples, _STRETCH * _STRETCHES)))
-    return bool(np.max(np.abs(excess)) > max(_UNLIKE * chance, _PRACTICAL))
+    chance = math.sqrt(2.3 / (2.0 * min(samples, LIMITS.level_stretch_samples * LIMITS.level_stretches)))
+    return bool(np.max(np.abs(excess)) > max(LIMITS.unlike_sigma * chance, LIMITS.unlike_log))

@@ -8,13 +8,13 @@ from functools import lru_cache
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from ..numerics.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_KAISER_BETA = 18.0
-_MOST_SEGMENTS = 48  # more of them tell the noise no better than anybody needs
+LIMITS = THRESHOLDS.noise
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SegmentSpectra:
     """One-sided power densities of overlapping segments.
 
@@ -38,26 +38,32 @@ def segment_spectra(samples: Array, sampling_rate_hz: float, segment: int) -> Se
     n = samples.shape[1]
     segment = min(_quick_length(segment), n - n % 2)
     window, correlated_bins = _window(segment)
-    hop = max(segment // 4, -(-(n - segment) // (_MOST_SEGMENTS - 1)), 1)
+    hop = max(segment // LIMITS.welch_hop_divisor, -(-(n - segment) // (LIMITS.welch_segments - 1)), 1)
     starts = range(0, n - segment + 1, hop)
     scale = 2.0 / (sampling_rate_hz * float(window @ window))
     density = np.stack([_periodogram(samples[:, s : s + segment], window, scale) for s in starts])
     frequency = np.arange(segment // 2 + 1) * sampling_rate_hz / segment
-    lobe_bins = np.sqrt(1.0 + (_KAISER_BETA / np.pi) ** 2)
+    lobe_bins = np.sqrt(1.0 + (LIMITS.welch_kaiser_beta / np.pi) ** 2)
     degrees = _independent(segment, hop, len(starts))
-    return SegmentSpectra(frequency, density, float(lobe_bins * sampling_rate_hz / segment), degrees, correlated_bins)
+    return SegmentSpectra(
+        frequency_hz=frequency,
+        density=density,
+        lobe_hz=float(lobe_bins * sampling_rate_hz / segment),
+        degrees=degrees,
+        correlated_bins=correlated_bins,
+    )
 
 
 def _quick_length(segment: int) -> int:
     """The next even length below that transforms fast; few lengths, so that their windows are found in the cache."""
-    octave = max(segment, 16).bit_length() - 4
-    return (segment >> octave << octave) if segment >= 16 else 16
+    octave = max(segment, LIMITS.welch_shortest_samples).bit_length() - 4
+    return (segment >> octave << octave) if segment >= LIMITS.welch_shortest_samples else LIMITS.welch_shortest_samples
 
 
 @lru_cache(32)
 def _window(segment: int) -> tuple[Array, float]:
     """Window (segment,), and sum over lags of the squared correlation of its bins."""
-    window = np.kaiser(segment, _KAISER_BETA)
+    window = np.kaiser(segment, LIMITS.welch_kaiser_beta)
     squares = window**2
     return window, float(segment * (squares @ squares) / np.sum(squares) ** 2)
 

@@ -10,14 +10,19 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from scipy.special import ellipk
 
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .arrays import Array
 from .jit import part
 
-MOST_SIZES = 40
-EXACT, COARSE = 10.5, 5.5  # digits of a motion
+LIMITS = THRESHOLDS.physics
+MOST_SIZES = LIMITS.most_sizes
+EXACT = LIMITS.exact_digits
+COARSE = LIMITS.coarse_digits
+_FEWEST_SIZES = LIMITS.fewest_sizes
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ChebyshevGrid:
     """A grid of m nodes of the first kind, for functions on a half cycle, mapped to the unit interval.
 
@@ -50,10 +55,10 @@ def grid(m: int) -> ChebyshevGrid:
     once = chebyshev.chebint(to_nodes.T, 1, lbnd=-1.0, scl=0.5)
     twice = chebyshev.chebint(once, 1, lbnd=-1.0, scl=0.5)
     return ChebyshevGrid(
-        nodes,
-        np.ascontiguousarray(to_nodes.T),
-        np.ascontiguousarray(chebyshev.chebval(places, once).T),
-        np.ascontiguousarray(chebyshev.chebval(places, twice).T),
+        nodes=nodes,
+        to_nodes=np.ascontiguousarray(to_nodes.T),
+        once=np.ascontiguousarray(chebyshev.chebval(places, once).T),
+        twice=np.ascontiguousarray(chebyshev.chebval(places, twice).T),
     )
 
 
@@ -70,13 +75,16 @@ def nodes_for(amplitude_rad: float, digits: float) -> int:
 def _nodes(amplitude_rad: float, digits: float) -> int:
     """The same, for as few amplitudes as differ in it."""
     y = _quarter_period_ratio(amplitude_rad)
-    rho = min(y + math.sqrt(1.0 + y * y), 6.0)
-    return min(64, max(8, 4 * math.ceil(0.25 * (2.0 + math.log(10.0) * digits / math.log(rho)))))
+    rho = min(y + math.sqrt(1.0 + y * y), LIMITS.fastest_convergence)
+    wanted = LIMITS.spare_nodes + math.log(10.0) * digits / math.log(rho)
+    return min(LIMITS.most_nodes, max(LIMITS.fewest_nodes, 4 * math.ceil(0.25 * wanted)))
 
 
 def _quarter_period_ratio(amplitude_rad: float) -> float:
     """K'/K of the undamped orbit."""
-    parameter = min(max(math.sin(0.5 * amplitude_rad) ** 2, 1e-9), 1.0 - 1e-6)
+    parameter = min(
+        max(math.sin(0.5 * amplitude_rad) ** 2, LIMITS.least_elliptic_parameter), 1.0 - LIMITS.elliptic_margin
+    )
     return float(ellipk(1.0 - parameter) / ellipk(parameter))
 
 
@@ -89,4 +97,4 @@ def sizes_for(amplitude_rad, band_ratio, digits):  # type: ignore[no-untyped-def
     low = amplitude_rad / band_ratio
     z = (2.0 * math.pi - amplitude_rad - low) / (amplitude_rad - low)
     wanted = math.ceil(1.0 + math.log(10.0) * digits / math.log(z + math.sqrt(z * z - 1.0)))
-    return min(MOST_SIZES, max(3, wanted))
+    return min(MOST_SIZES, max(_FEWEST_SIZES, wanted))

@@ -1,15 +1,19 @@
 """Compilation of the numerical kernels: lazy, cached, released from the GIL.
 
-numba's on-disk cache looks at the time stamp of the *one* file a function stands in. A torque term edited in its own
+numba's on-disk cache looks at the time stamp of the *one* file that defines a function. A torque term edited in its own
 module would leave the kernel that inlines it stale. So every kernel here is stamped with a digest of all kernel
-sources: change any of them, and all are compiled anew.
+sources: change any of them, and all are compiled again.
+
+With NUMBA_DISABLE_JIT=1, for debuggers and coverage, everything here is plain Python, some hundred times slower.
 """
 
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,6 +23,7 @@ from numba.core import config
 from numba.core.compiler_lock import global_compiler_lock
 
 _ROOM = Path(__file__).parents[1]
+_OTHER_SOURCES = ("jit.py", "separate_functions.py", "dormand_prince.py")
 _MARK = re.compile(rb"^@((fast_)?(kernel|part)|inlined)$", re.MULTILINE)
 
 
@@ -29,12 +34,20 @@ def has_kernels(source: bytes) -> bool:
 
 @cache
 def sources_digest() -> str:
-    """Digest of all that compiled code depends on: files with kernels, their options, the tableau."""
+    """Digest of all that compiled code depends on: files with kernels, their options, the tableau, the thresholds."""
     digest = hashlib.sha256()
     for path in sorted(_ROOM.rglob("*.py")):
         text = path.read_bytes()
-        if has_kernels(text) or path.name in ("jit.py", "dormand_prince.py"):
+        if has_kernels(text) or path.name in _OTHER_SOURCES or path.parent.name == "thresholds":
             digest.update(str(path.relative_to(_ROOM)).encode() + text)
+    return digest.hexdigest()
+
+
+def separate_digest(function: Callable[..., Any]) -> str:
+    """Digest of all that a separately compiled function depends on: sources of kernels and the files of its folder."""
+    digest = hashlib.sha256(sources_digest().encode())
+    for path in sorted(Path(function.__code__.co_filename).parent.glob("*.py")):
+        digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
 
 
@@ -48,6 +61,8 @@ def kernel(function: Callable[..., Any]) -> Any:
     Its loops do not run in parallel lanes: most are short, and laying them out so takes half of the compilation.
     """
     dispatcher = _entry(function, _OPTIONS)
+    if config.DISABLE_JIT:
+        return dispatcher
     dispatcher.compile = _without_lanes(dispatcher.compile)
     return dispatcher
 
@@ -89,8 +104,10 @@ def inlined(function: Callable[..., Any]) -> Any:
 def _inside(function: Any, options: dict[str, Any]) -> Any:
     """A function that compiled code takes for its compiled twin, which has no entrance for Python.
 
-    numba's own register_jitable compiles anew for every set of options of the callers.
+    numba's own register_jitable compiles again for every set of options of the callers.
     """
+    if config.DISABLE_JIT:
+        return function
     function.compiled = numba.njit(no_cpython_wrapper=True, **options)(function)
     function._numba_type_ = function.compiled._numba_type_  # holds it by a weak reference
     return function
@@ -98,8 +115,25 @@ def _inside(function: Any, options: dict[str, Any]) -> Any:
 
 def _entry(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     """A compiled function that Python can call; its cache depends on all kernel sources, not on one file's time."""
-    dispatcher = numba.njit(cache=True, **options)(function)
-    cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    if config.DISABLE_JIT:
+        return function
+    try:
+        dispatcher = numba.njit(cache=os.devnull != config.CACHE_DIR, **options)(function)
+    except RuntimeError:  # no folder for the cache can be written
+        return numba.njit(**options)(function)
+    _survive_full_disk(dispatcher._cache)  # noqa: SLF001 numba has no public way to a cache that may fail
+    cache_file = getattr(dispatcher._cache, "_cache_file", None)  # noqa: SLF001
     if cache_file is not None and hasattr(cache_file, "_source_stamp"):
-        cache_file._source_stamp = sources_digest()  # noqa: SLF001 numba has no public way to a stamp of one's own
+        cache_file._source_stamp = sources_digest()  # noqa: SLF001 numba has no public way to set the stamp
     return dispatcher
+
+
+def _survive_full_disk(kept: Any) -> None:
+    """A kernel that the disk does not take is compiled all the same; numba would raise OSError."""
+    save = kept.save_overload
+
+    def save_overload(signature: Any, compiled: Any) -> None:
+        with suppress(OSError):
+            save(signature, compiled)
+
+    kept.save_overload = save_overload

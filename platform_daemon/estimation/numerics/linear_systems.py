@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .jit import fast_part, kernel
+
+LIMITS = THRESHOLDS.physics
+_SINGULAR = LIMITS.singular_pivot
 
 
 @fast_part
@@ -19,7 +24,7 @@ def factorise(matrix, order):  # type: ignore[no-untyped-def]
                 best = i
                 largest = abs(matrix[i, k])
         order[k] = best
-        if not largest > 1e-14:
+        if not largest > _SINGULAR:
             return False
         if best != k:
             for j in range(m):

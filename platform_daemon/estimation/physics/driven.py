@@ -14,19 +14,27 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..numerics.arrays import Array, IntArray
-from ..numerics.jit import kernel, part
+from platform_daemon.estimation.numerics.arrays import Array, IntArray
+from platform_daemon.estimation.numerics.jit import kernel, part
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .models import RingDownModel
 from .torques.dispatch import acceleration
 
-STEPS = 48  # of the integration in a half period
-AT_MOST = 2.5  # half periods until the velocity must have turned
-ROUNDS = 6  # until a half period under its own field has the length that was assumed
-SETTLED = 1e-7  # of a half period
-STICKS = 1e-4  # phi'/w below which dry friction is a straight line through rest
-MOVED = 10.0  # times that: what swings less is held
-HIGHER, WEAKER = (0.0, 0.4, 0.8, 1.2, 1.6), (1.0, 0.9, 0.8, 0.7)  # tried: tolerances above f_nat, shares of the push
-SIDEWAYS = 0.02  # smallest share of the field along v
+LIMITS = THRESHOLDS.physics
+STEPS = LIMITS.driven_steps
+AT_MOST = LIMITS.driven_half_periods
+ROUNDS = LIMITS.driven_rounds
+SETTLED = LIMITS.driven_settled
+STICKS = LIMITS.driven_sticks
+MOVED = LIMITS.driven_moved
+HIGHER = LIMITS.driven_tolerances
+WEAKER = LIMITS.driven_weaker
+SIDEWAYS = LIMITS.driven_least_share
+_TURN_ROUNDS = LIMITS.driven_turn_rounds
+_TURN_SPEED = LIMITS.driven_turn_speed
+_TURN_TIME = LIMITS.driven_turn_time
+_MOVING = LIMITS.driven_moving
 
 
 class NoPlanError(ValueError):
@@ -181,17 +189,17 @@ def _until_turn(state, since, half, push, shape, codes, widths, c):  # type: ign
         after = _step(state, s, h, half, push, shape, codes, widths, c, grad)
         if began != 0.0 and after[1] * began <= 0.0:
             low, high, v_low, v_high, t = 0.0, h, state[1], after[1], h
-            for _ in range(40):
+            for _ in range(_TURN_ROUNDS):
                 t = low - v_low * (high - low) / (v_high - v_low)
                 after = _step(state, s, t, half, push, shape, codes, widths, c, grad)
-                if abs(after[1]) < 1e-14 or abs(high - low) < 1e-13:
+                if abs(after[1]) < _TURN_SPEED or abs(high - low) < _TURN_TIME:
                     break
                 if after[1] * v_low > 0.0:
                     low, v_low, v_high = t, after[1], 0.5 * v_high
                 else:
                     high, v_high, v_low = t, after[1], 0.5 * v_low
             return after[0], s + t, after[2]
-        if began == 0.0 and abs(after[1]) > 1e-12:
+        if began == 0.0 and abs(after[1]) > _MOVING:
             began = after[1]
         state, s = after, s + h
         if not abs(state[0]) < math.pi:

@@ -1,7 +1,7 @@
 """The exact twin of a motion: phi -> -phi together with a half turn about e_u gives the same dm/dt.
 
-No data can tell the two apart (psi_start of the twin is 180 degrees on, a bias torque has the other sign). A fit
-publishes the one with e_v . x > 0; where e_v is nearly perpendicular to x, noise picks it anew in every shot. What is
+No data distinguish the two (psi_start of the twin is 180 degrees on, a bias torque has the other sign). A fit
+publishes the one with e_v . x > 0; where e_v is nearly perpendicular to x, noise decides in every shot. What is
 said of several shots therefore takes of every shot the twin that lies nearer to a common reference.
 """
 
@@ -13,16 +13,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..numerics.arrays import Array
-from ..parameters import RODRIGUES
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.parameters import RODRIGUES
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .rotation import nearest_rotation, rodrigues_from_rotation
 from .torques import OF_OTHER_SIGN_IN_MIRROR
 
+LIMITS = THRESHOLDS.physics
+
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
-
-_BLOCK = 500  # rotations at once: what scipy computes of them lets no other thread on
-_ENOUGH = 10  # a mean moves by less in every round; two are usual
 
 
 def rotations(rodrigues: Array) -> Rotation:
@@ -42,7 +43,9 @@ def nearest_mirror_images(rodrigues: Array, reference: Array) -> tuple[Array, np
 
     A rotation by nearly 180 degrees has two names, v and v shortened by 2 pi: of these, too, the nearer one.
     """
-    blocks = np.array_split(np.asarray(rodrigues, dtype=np.float64), math.ceil(len(rodrigues) / _BLOCK) or 1)
+    blocks = np.array_split(
+        np.asarray(rodrigues, dtype=np.float64), math.ceil(len(rodrigues) / LIMITS.mean_rotations) or 1
+    )
     found = [_nearest(block, reference) for block in blocks]
     return np.concatenate([vectors for vectors, _ in found]), np.concatenate([turned for _, turned in found])
 
@@ -64,7 +67,7 @@ def mean_over_mirror_images(rodrigues: Array) -> Array:
     along, across = matrices[:, :, 1], matrices[:, :, 0].mean(axis=0)
     mean = rodrigues_from_rotation(nearest_rotation(np.linalg.eigh(along.T @ along)[1][:, -1], across))
     before: np.ndarray | None = None
-    for _ in range(_ENOUGH):
+    for _ in range(LIMITS.mean_rounds):
         nearest, turned = nearest_mirror_images(rodrigues, mean)
         if before is not None and np.array_equal(turned, before):
             break
@@ -76,7 +79,7 @@ def mean_over_mirror_images(rodrigues: Array) -> Array:
 def on_one_branch(frames: Sequence[Mapping[str, float]]) -> tuple[list[dict[str, float]], Array | None]:
     """Public parameters of several frames, each as those of its twin nearest to their mean orientation (3,), and that.
 
-    Frames without orientation stay as they are: nothing tells their twins apart; None if all are.
+    Frames without orientation stay as they are: nothing distinguishes their twins; None if all are.
     """
     seen = [k for k, values in enumerate(frames) if RODRIGUES[0] in values]
     folded = [dict(values) for values in frames]
@@ -92,7 +95,7 @@ def on_one_branch(frames: Sequence[Mapping[str, float]]) -> tuple[list[dict[str,
 
 
 def _mirrored(values: Mapping[str, float]) -> dict[str, float]:
-    """What phi -> -phi changes beside the orientation."""
+    """What phi -> -phi changes in addition to the orientation."""
     signs = {name: -values[name] for name in OF_OTHER_SIGN_IN_MIRROR if name in values}
     return signs | {"psi_start_rad": (values["psi_start_rad"] + math.pi) % (2.0 * math.pi)}
 

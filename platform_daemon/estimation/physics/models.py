@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
-from ..numerics.arrays import IntArray
-from .torques import (
-    COULOMB_FRICTION,
-    HERTZ_FRICTION,
-    LINEAR_RESTORING,
-    MAGNETIC_RESTORING,
-    TERMS,
-    VISCOUS_DAMPING,
-    Coefficient,
-    TorqueTerm,
-    code_of,
-)
+from platform_daemon.estimation.numerics.arrays import IntArray
+
+from .torque_term import Coefficient, TorqueTerm
+from .torques import BROKEN, TERMS, code_of
+from .torques.coulomb_friction import COULOMB_FRICTION
+from .torques.hertz_friction import HERTZ_FRICTION
+from .torques.linear_restoring import LINEAR_RESTORING
+from .torques.magnetic_restoring import MAGNETIC_RESTORING
+from .torques.viscous_damping import VISCOUS_DAMPING
 
 ObservationKind = Literal["by_quantity", "free_gains"]
 
@@ -32,7 +29,7 @@ class Parameter:
     Attributes:
         name: public name, with its unit.
         unit: SI unit as text.
-        lower, upper: the model holds strictly between them; a fit that ends surely outside is refused, never clamped.
+        lower, upper: the model holds strictly between them; a fit significantly outside is refused, never clamped.
         prior: mean and standard deviation of independent knowledge, or None.
         fixed: the value at which it is held unless the caller frees it, or None.
     """
@@ -79,11 +76,16 @@ class RingDownModel:
         names = [c.name for c in self.coefficients]
         if len(set(self.terms)) < len(self.terms) or len(set(names)) < len(names):
             raise ValueError(f"model {self.name!r} contains a torque term twice")
-        for term in self.terms:
-            code_of(term)
+        unlisted = [term.name for term in self.terms if term not in TERMS.values()]
+        if unlisted:
+            raise ValueError(f"model {self.name!r} has a torque term that is not listed: {unlisted[0]!r}")
         unknown = {p.name for p in self.known} - {p.name for p in self._declared}
         if unknown:
             raise ValueError(f"model {self.name!r} has no parameter {', '.join(sorted(unknown))}")
+
+    def __getstate__(self) -> dict[str, object]:
+        """The fields alone: `codes` may hold addresses, which another process must not use."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @cached_property
     def coefficients(self) -> tuple[Coefficient, ...]:
@@ -191,7 +193,8 @@ def model_named(name: str) -> RingDownModel:
         raise ValueError(f"unknown variant {declared!r}: expected one of {', '.join(MODELS)}")
     unknown = [term for term in terms if term not in TERMS]
     if unknown:
-        raise ValueError(f"unknown torque term {unknown[0]!r}: expected one of {', '.join(TERMS)}")
+        why = f" ({BROKEN[unknown[0]]})" if unknown[0] in BROKEN else ""
+        raise ValueError(f"unknown torque term {unknown[0]!r}{why}: expected one of {', '.join(TERMS)}")
     return MODELS[declared].with_terms(name, *(TERMS[term] for term in terms)) if terms else MODELS[declared]
 
 

@@ -11,6 +11,10 @@ import math
 
 from scipy.special import ellipk, ellipkm1
 
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+LIMITS = THRESHOLDS.physics
+
 
 def nome(amplitude_rad: float) -> float:
     """The nome q of the orbit with this amplitude, 0 < A < pi."""
@@ -20,8 +24,8 @@ def nome(amplitude_rad: float) -> float:
 
 def amplitude_from_nome(q: float) -> float:
     """Amplitude in rad: k = (theta_2(q) / theta_3(q))^2 and A = 2 asin(k)."""
-    theta2 = 2.0 * q**0.25 * sum(q ** (n * (n + 1)) for n in range(8))
-    theta3 = 1.0 + 2.0 * sum(q ** (n * n) for n in range(1, 8))
+    theta2 = 2.0 * q**0.25 * sum(q ** (n * (n + 1)) for n in range(LIMITS.theta_terms))
+    theta3 = 1.0 + 2.0 * sum(q ** (n * n) for n in range(1, LIMITS.theta_terms))
     return 2.0 * math.asin(min(1.0, (theta2 / theta3) ** 2))
 
 
@@ -38,8 +42,8 @@ def amplitude_from_third_harmonic(ratio: float) -> float:
     if ratio <= 0.0:
         return 0.0
     q = 0.0
-    for _ in range(60):
-        q = min(ratio * (1.0 + q**3) / (9.0 * (1.0 + q)), 0.2)
+    for _ in range(LIMITS.nome_rounds):
+        q = min(ratio * (1.0 + q**3) / (9.0 * (1.0 + q)), LIMITS.nome_most)
     return amplitude_from_nome(q)
 
 

@@ -16,13 +16,12 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from ..numerics.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .ring_down import RingDown
 
-_PER_PERIOD = 8
-_SHORTEST_PERIODS = 64
-_MOST_PERIODS = 2**14
-_DECAYED = 1e-3
+LIMITS = THRESHOLDS.physics
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ def quality_factor(f_nat_hz: float, lambda_per_s: float) -> float:
     return math.pi * f_nat_hz / lambda_per_s
 
 
-def envelopes(ring_down: RingDown, duration_s: float, points: int = 1000) -> Envelopes:
+def envelopes(ring_down: RingDown, duration_s: float, points: int = LIMITS.envelope_points) -> Envelopes:
     """Envelopes at `points` equidistant times from 0 to duration_s.
 
     Raises:
@@ -90,7 +89,9 @@ def equivalent_quality_factor(ring_down: RingDown, duration_s: float = math.inf)
         return 0.5 * ring_down.dynamics.w * _total_area(ring_down)
     if not duration_s > 0.0:
         raise ValueError(f"an equivalent quality factor needs a time span, not {duration_s!r} s")
-    times = np.linspace(0.0, duration_s, max(1, math.ceil(duration_s * ring_down.f_nat_hz)) * _PER_PERIOD + 1)
+    times = np.linspace(
+        0.0, duration_s, max(1, math.ceil(duration_s * ring_down.f_nat_hz)) * LIMITS.envelope_points_per_period + 1
+    )
     peak = _decaying(ring_down.peak_rate(times))
     filling = float(np.trapezoid(peak, times) / (peak.max() * duration_s))
     return 0.5 * ring_down.dynamics.w * duration_s / _exponent(filling)
@@ -98,32 +99,40 @@ def equivalent_quality_factor(ring_down: RingDown, duration_s: float = math.inf)
 
 def _decaying(peak: Array) -> Array:
     """The envelope itself, (n,).  Raises ValueError if it is not lower at its end than at its beginning."""
-    if not peak[-1] < peak[0] * (1.0 - 1e-9):
+    if not peak[-1] < peak[0] * (1.0 - LIMITS.envelope_least_decay):
         raise ValueError(f"the envelope does not decay: it ends at {peak[-1] / peak[0]:.6f} of its beginning")
     return peak
 
 
 def _exponent(filling: float) -> float:
     """x = T omega/(2 tilde Q) from (1 - exp(-x))/x = filling, the implicit equation eq:tilde-Q."""
-    return float(brentq(lambda x: -math.expm1(-x) / x - filling, 1e-12, 2.0 / filling, xtol=1e-15, rtol=1e-12))
+    return float(
+        brentq(
+            lambda x: -math.expm1(-x) / x - filling,
+            LIMITS.quality_least_exponent,
+            2.0 / filling,
+            xtol=LIMITS.quality_error,
+            rtol=LIMITS.quality_relative_error,
+        )
+    )
 
 
 def _total_area(ring_down: RingDown) -> float:
     """Integral of the v-envelope over its maximum to the end of the motion, in s."""
-    periods = _SHORTEST_PERIODS
+    periods = LIMITS.envelope_first_periods
     while True:
         times, peak = _course(ring_down, periods)
         _decaying(peak)
-        if peak[-1] <= _DECAYED * peak.max():
+        if peak[-1] <= LIMITS.envelope_decayed * peak.max():
             break
-        if periods >= _MOST_PERIODS:
+        if periods >= LIMITS.envelope_most_periods:
             raise ValueError(
                 f"the envelope does not decay: {peak[-1] / peak.max():.3g} is left after {periods} periods"
             )
         periods *= 2
     area = float(np.trapezoid(peak, times))
     if peak[-1] > 0.0:
-        tenth = times.size // 10
+        tenth = times.size // LIMITS.envelope_tail_divisor
         rate = math.log(peak[-1 - tenth] / peak[-1]) / (times[-1] - times[-1 - tenth])
         area += float(peak[-1] / rate)
     return area / float(peak.max())
@@ -131,18 +140,20 @@ def _total_area(ring_down: RingDown) -> float:
 
 def _course(ring_down: RingDown, periods: int) -> tuple[Array, Array]:
     """(times, V) over so many natural periods."""
-    times = np.arange(periods * _PER_PERIOD + 1) / (ring_down.f_nat_hz * _PER_PERIOD)
+    times = np.arange(periods * LIMITS.envelope_points_per_period + 1) / (
+        ring_down.f_nat_hz * LIMITS.envelope_points_per_period
+    )
     return times, ring_down.peak_rate(times)
 
 
-def decay_time_s(ring_down: RingDown, left: float = 0.3) -> float:
+def decay_time_s(ring_down: RingDown, left: float = THRESHOLDS.screening.d30_share) -> float:
     """Time until hat m_dot_v has fallen to `left` of its maximum, s; 0.3 gives the end of D30.
 
     Raises:
         ValueError: it never does.
     """
-    periods = _SHORTEST_PERIODS
-    while periods <= _MOST_PERIODS:
+    periods = LIMITS.envelope_first_periods
+    while periods <= LIMITS.envelope_most_periods:
         times, peak = _course(ring_down, periods)
         below = np.flatnonzero(peak < left * peak.max())
         if below.size:

@@ -13,16 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ellipk, ellipkinc
 
-from ..numerics.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .models import RingDownModel, model_named
 from .trajectory.basis_functions import STATE
 from .trajectory.direct import MotionParameters, Trajectory
 from .trajectory.initial_conditions import state_of_initial_conditions
 from .trajectory.turning_points import turning_points
 
-_PER_PERIOD = 64  # samples in which turning points are sought
-_NEWTON_STEPS = 12
-_CLOSE = 1e-13
+LIMITS = THRESHOLDS.physics
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class RingDown:
         model = model_named(variant) if isinstance(variant, str) else variant
         coefficients = tuple(values[c.name] for c in model.coefficients)
         phi, v = state_of_initial_conditions(values["phi_max_rad"], values["psi_start_rad"])
-        dynamics = dynamics_through(model, 2.0 * math.pi * values["f_nat_hz"], coefficients, phi, v)
+        dynamics = dynamics_through(model, w=2.0 * math.pi * values["f_nat_hz"], values=coefficients, phi=phi, v=v)
         return cls(model, dynamics, values.get("m_r_am2"))
 
     @property
@@ -83,8 +83,8 @@ class RingDown:
         """The same for any torque, from samples of the traced motion."""
         d = self.dynamics
         before = d.theta / d.w
-        dt = 2.0 * math.pi / (d.w * _PER_PERIOD)
-        samples = math.ceil((before + until_s) / dt) + 2 * _PER_PERIOD
+        dt = 2.0 * math.pi / (d.w * LIMITS.turning_points_per_period)
+        samples = math.ceil((before + until_s) / dt) + 2 * LIMITS.turning_points_per_period
         phi, v = replace(self, dynamics=replace(d, theta=0.0)).motion(samples, dt)
         last = np.flatnonzero(v[1:-1] * v[2:] < 0.0) + 1
         nearest = np.where(np.abs(v[last]) < np.abs(v[last + 1]), last, last + 1)
@@ -95,7 +95,7 @@ class RingDown:
 
 
 def dynamics_through(
-    model: RingDownModel, w: float, values: tuple[float, ...], phi: float, v: float
+    model: RingDownModel, *, w: float, values: tuple[float, ...], phi: float, v: float
 ) -> MotionParameters:
     """The trajectory that passes through (phi, v = phi'/w) at t = 0, anchored at a turning point before it.
 
@@ -106,13 +106,15 @@ def dynamics_through(
         ValueError: at rest, or so fast that the rotor turns over.
     """
     dynamics = _undamped(w, values, phi, v)
-    for _ in range(_NEWTON_STEPS):
+    for _ in range(LIMITS.anchor_steps):
         basis = Trajectory(model, dynamics, 0.0).basis(0, 1, 1.0, STATE)[:, 0]
         miss = np.array([phi - basis[0], v - basis[1]])
         # Columns theta and A of the state's derivatives.
         step = np.linalg.solve(np.array([[basis[2], basis[6]], [basis[3], basis[7]]]), miss)
-        dynamics = MotionParameters(w, dynamics.theta + float(step[0]), dynamics.amplitude + float(step[1]), values)
-        if float(np.max(np.abs(step))) < _CLOSE * max(1.0, abs(dynamics.theta)):
+        dynamics = MotionParameters(
+            w=w, theta=dynamics.theta + float(step[0]), amplitude=dynamics.amplitude + float(step[1]), values=values
+        )
+        if float(np.max(np.abs(step))) < LIMITS.anchor_close * max(1.0, abs(dynamics.theta)):
             break
     return dynamics
 
@@ -133,4 +135,4 @@ def _undamped(w: float, values: tuple[float, ...], phi: float, v: float) -> Moti
         since, anchor = since + 2.0 * quarter, -anchor
     elif since > 3.0 * quarter:
         since, anchor = since - 2.0 * quarter, -anchor
-    return MotionParameters(w, since, anchor, values)
+    return MotionParameters(w=w, theta=since, amplitude=anchor, values=values)

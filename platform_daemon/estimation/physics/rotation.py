@@ -9,7 +9,10 @@ import math
 
 import numpy as np
 
-from ..numerics.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+LIMITS = THRESHOLDS.physics
 
 # R turned by 180 degrees about u together with phi -> -phi gives the same signal.
 HALF_TURN_ABOUT_U: Array = np.diag([1.0, -1.0, -1.0])
@@ -61,7 +64,7 @@ def rodrigues_jacobian(rodrigues: Array) -> Array:
     """d rodrigues / d delta, (3, 3): inverse right Jacobian of the rotation group."""
     x, y, z = rodrigues.tolist()
     theta = math.sqrt(x * x + y * y + z * z)
-    if theta < 1e-4:
+    if theta < LIMITS.small_rotation_rad:
         factor = 1.0 / 12.0 + theta**2 / 720.0
     else:
         factor = 1.0 / theta**2 - 1.0 / (2.0 * theta * math.tan(0.5 * theta))
@@ -81,7 +84,7 @@ def nearest_rotation(v: Array, u: Array) -> Array:
     size = math.sqrt(v @ v)
     e_v = v / size
     across = u - (u @ e_v) * e_v
-    if math.sqrt(across @ across) <= 1e-9 * size:
+    if math.sqrt(across @ across) <= LIMITS.parallel_share * size:
         # No u-signal at all: any direction across v is as good as another.
         axis = np.eye(3)[int(np.argmin(np.abs(e_v)))]
         across = axis - (axis @ e_v) * e_v

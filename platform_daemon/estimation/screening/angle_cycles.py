@@ -12,16 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.fft import rfft
 
-from ..numerics.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .fundamental import SpectralPeak
 
-_SHORTEST = 64  # samples
-_ENOUGH_PERIODS = 6.0
-_FEWEST_CYCLES = 1.5  # slower than that, a segment shows its own length
-_PADDING = 4
-_POINTS_PER_PERIOD = 40
-_ABOVE_NOISE = 6.0
-_OF_LAST_CYCLE = 0.15
+LIMITS = THRESHOLDS.screening
 
 
 def find_angle_frequency(samples: Array, sampling_rate_hz: float) -> SpectralPeak | None:
@@ -30,10 +26,10 @@ def find_angle_frequency(samples: Array, sampling_rate_hz: float) -> SpectralPea
     Ever longer beginnings are looked at until one holds six periods: later swings are faster, and weaker.
     """
     y = samples[0]
-    length = min(_SHORTEST, y.size)
+    length = min(LIMITS.angle_first_samples, y.size)
     while True:
         cycles, significance = _strongest(y[:length])
-        if length == y.size or (cycles >= _ENOUGH_PERIODS and significance > 1e3):
+        if length == y.size or (cycles >= LIMITS.angle_enough_periods and significance > LIMITS.angle_certain_power):
             break
         length = min(2 * length, y.size)
     return SpectralPeak(cycles * sampling_rate_hz / length, significance) if cycles > 0.0 else None
@@ -42,19 +38,19 @@ def find_angle_frequency(samples: Array, sampling_rate_hz: float) -> SpectralPea
 def _strongest(y: Array) -> tuple[float, float]:
     """(cycles in the segment, power over the median power) of the strongest line; (0, 0) if there is none."""
     window = np.hanning(y.size)
-    spectrum = rfft((y - np.sum(window * y) / np.sum(window)) * window, _PADDING * y.size)
+    spectrum = rfft((y - np.sum(window * y) / np.sum(window)) * window, LIMITS.angle_padding * y.size)
     power = spectrum.real**2 + spectrum.imag**2
-    lowest = math.ceil(_FEWEST_CYCLES * _PADDING)
+    lowest = math.ceil(LIMITS.angle_fewest_cycles * LIMITS.angle_padding)
     if power.size <= lowest + 1:
         return 0.0, 0.0
     peak = lowest + int(np.argmax(power[lowest:]))
     if power[peak] <= 0.0:
         return 0.0, 0.0
     floor = float(np.median(power[lowest:]))
-    return peak / _PADDING, float(power[peak]) / floor if floor > 0.0 else math.inf
+    return peak / LIMITS.angle_padding, float(power[peak]) / floor if floor > 0.0 else math.inf
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class HalfCycles:
     """Half cycles that lie between two passages through zero.
 
@@ -71,19 +67,19 @@ class HalfCycles:
     zero_rad: float
 
 
-def find_half_cycles(y: Array, first: int, dt_s: float, frequency_hz: float) -> HalfCycles | None:
+def find_half_cycles(y: Array, *, first: int, dt_s: float, frequency_hz: float) -> HalfCycles | None:
     """Half cycles of the angle y (n,), whose first sample has number `first`; None if there are fewer than two.
 
     Samples are averaged to blocks, 40 per period, so that neither noise nor coarse steps make passages of their own.
     """
-    block = max(1, int(1.0 / (frequency_hz * dt_s * _POINTS_PER_PERIOD)))
+    block = max(1, int(1.0 / (frequency_hz * dt_s * LIMITS.angle_points_per_period)))
     blocks = y.size // block
     data: Array = y[: blocks * block].reshape(blocks, block) @ np.full(block, 1.0 / block)
     time: Array = np.asarray((first + (np.arange(blocks) + 0.5) * block - 0.5) * dt_s)
     points = 1.0 / (frequency_hz * block * dt_s)
     zero = _middle(data, int(2.0 * points))
     found: HalfCycles | None = None
-    for _ in range(3):
+    for _ in range(LIMITS.angle_zero_rounds):
         found = _half_cycles(data - zero, time, points)
         if found is None:
             return None
@@ -93,7 +89,7 @@ def find_half_cycles(y: Array, first: int, dt_s: float, frequency_hz: float) -> 
 
 def _middle(data: Array, points: int) -> float:
     """Middle between the extremes of the first two periods."""
-    early = data[: max(points, 8)]
+    early = data[: max(points, LIMITS.angle_first_points)]
     return 0.5 * float(early.max() + early.min())
 
 
@@ -111,7 +107,7 @@ def _half_cycles(x: Array, time: Array, points: float) -> HalfCycles | None:
     """
     noise = 1.5 * float(np.median(np.abs(np.diff(x, 3)))) / math.sqrt(20.0)
     passages, turning, when = [], [], []
-    level = _OF_LAST_CYCLE * float(np.max(np.abs(x[: max(8, int(points))])))
+    level = LIMITS.angle_swing_share * float(np.max(np.abs(x[: max(LIMITS.angle_first_points, int(points))])))
     side, since = 0, 0
     for k, value in enumerate(x):
         new = 1 if value > level else -1 if value < -level else 0
@@ -122,14 +118,16 @@ def _half_cycles(x: Array, time: Array, points: float) -> HalfCycles | None:
             j = since + int(np.flatnonzero(np.sign(x[since:k]) * side > 0)[-1])
             passages.append(time[j] + (time[j + 1] - time[j]) * x[j] / (x[j] - x[j + 1]))
             if len(passages) > 1:
-                at, value_there = _extreme(x[since : j + 1] * side, max(1, int(0.1 * points)))
+                at, value_there = _extreme(x[since : j + 1] * side, max(1, int(LIMITS.angle_extremum_share * points)))
                 turning.append(side * value_there)
                 when.append(time[since] + at * (time[1] - time[0]))
-                level = max(_OF_LAST_CYCLE * value_there, _ABOVE_NOISE * noise)
+                level = max(LIMITS.angle_swing_share * value_there, LIMITS.angle_swing_over_noise * noise)
         side, since = new, k
     if len(turning) < 2:
         return None
-    return HalfCycles(np.array(passages), np.array(turning), np.array(when), 0.0)
+    return HalfCycles(
+        passages_s=np.array(passages), turning_rad=np.array(turning), turning_s=np.array(when), zero_rad=0.0
+    )
 
 
 def _extreme(x: Array, reach: int) -> tuple[float, float]:

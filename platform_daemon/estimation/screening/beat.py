@@ -11,21 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..numerics.arrays import Array, ComplexArray
-from ..record import RingDownRecord
+from platform_daemon.estimation.numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_PERIODS = 4  # in a point of the envelope
-_HOP_PERIODS = 1.5
-_STRETCH_PERIODS = 60
-_SMALLEST = 0.05  # of the larger one
-_LEFT_BY_TWO = 0.25  # of the envelope's power
-_ABOVE_NOISE = 3.0  # neighbouring points share samples
-_BEATING = 0.005  # of what one rotation leaves
-_LEFT_BY_ONE = 0.05
-_APART = 0.1  # over the stretch: nearer ones are one
+LIMITS = THRESHOLDS.screening
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Beat:
     """Two oscillations: frequencies in Hz, the larger one first, and the ratio of their sizes."""
 
@@ -33,36 +26,42 @@ class Beat:
     ratio: float
 
 
-def find_beat(record: RingDownRecord, first: int, last: int, frequency_hz: float, noise_sd: Array) -> Beat | None:
+def find_beat(record: RingDownRecord, *, first: int, last: int, frequency_hz: float, noise_sd: Array) -> Beat | None:
     """Two oscillations near the fundamental in the first sixty periods of samples first .. last-1, or None.
 
     noise_sd: (channels,) of a sample.
     """
     envelope, hop_s, noise = _envelope(record, first, last, frequency_hz)
-    if envelope.shape[1] < 12:
+    if envelope.shape[1] < LIMITS.beat_fewest_points:
         return None
     sizes = np.linalg.svd(envelope, compute_uv=False)
-    noise_size = _ABOVE_NOISE * noise * float(noise_sd.max()) * math.sqrt(envelope.shape[1])
-    two_directions = sizes.size > 1 and sizes[1] > max(_SMALLEST * sizes[0], noise_size)
-    poles, amplitudes, left = _rotations(envelope, 1 if two_directions else envelope.shape[1] // 3, 2)
-    _, _, left_by_one = _rotations(envelope, envelope.shape[1] // 3, 1)
+    noise_size = LIMITS.beat_over_noise * noise * float(noise_sd.max()) * math.sqrt(envelope.shape[1])
+    two_directions = sizes.size > 1 and sizes[1] > max(LIMITS.beat_smallest_ratio * sizes[0], noise_size)
+    poles, amplitudes, left = _rotations(
+        envelope, 1 if two_directions else envelope.shape[1] // LIMITS.beat_lag_divisor, 2
+    )
+    _, _, left_by_one = _rotations(envelope, envelope.shape[1] // LIMITS.beat_lag_divisor, 1)
     # One resonator spans one direction. It may change its frequency, but then two rotations do not follow it exactly.
-    beating = left_by_one > _LEFT_BY_ONE and left < _BEATING * left_by_one
-    if not (beating or (two_directions and left < _LEFT_BY_TWO)):
+    beating = left_by_one > LIMITS.beat_left_by_one_share and left < LIMITS.beat_left_ratio * left_by_one
+    if not (beating or (two_directions and left < LIMITS.beat_left_by_two_share)):
         return None
     order = np.argsort(-amplitudes)
     found = frequency_hz + np.angle(poles[order]) / (2.0 * math.pi * hop_s)
     ratio = float(amplitudes[order[1]] / amplitudes[order[0]])
-    apart = abs(found[0] - found[1]) > _APART / (envelope.shape[1] * hop_s)
-    return Beat((float(found[0]), float(found[1])), ratio) if apart and ratio > _SMALLEST else None
+    apart = abs(found[0] - found[1]) > LIMITS.beat_apart_cycles / (envelope.shape[1] * hop_s)
+    return (
+        Beat(frequencies_hz=(float(found[0]), float(found[1])), ratio=ratio)
+        if apart and ratio > LIMITS.beat_smallest_ratio
+        else None
+    )
 
 
 def _envelope(record: RingDownRecord, first: int, last: int, frequency_hz: float) -> tuple[ComplexArray, float, float]:
     """Complex envelope (channels, points) of the fundamental, its step in s, and its noise over that of a sample."""
     period = record.sampling_rate_hz / frequency_hz
-    length = round(_PERIODS * period)
-    hop = round(_HOP_PERIODS * period)
-    points = 1 + (min(last - first, int(_STRETCH_PERIODS * period)) - length) // hop
+    length = round(LIMITS.beat_point_periods * period)
+    hop = round(LIMITS.beat_hop_periods * period)
+    points = 1 + (min(last - first, int(LIMITS.beat_stretch_periods * period)) - length) // hop
     # The second harmonic is four bins away, where this window lets nothing through.
     window = np.blackman(length + 1)[:-1]
     wave = window * np.exp(-2j * np.pi * np.arange(length) / period)

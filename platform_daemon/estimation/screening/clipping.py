@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..numerics.arrays import Array
-from ..numerics.jit import fast_kernel, part
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.jit import fast_kernel, part
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_FEWEST = 16
-_FEW = 6
-_CROWD = 5.0
-_FEWEST_PEAKS = 2  # that are cut off at the same height
+LIMITS = THRESHOLDS.screening
+_FLAT = LIMITS.flat_run_samples
+_CHUNK = LIMITS.extremes_chunk_samples
+_EQUAL = LIMITS.equal_share
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Clipping:
     @property
     def severe(self) -> bool:
         """Too many for a fit to be right."""
-        return self.samples >= _FEWEST
+        return self.samples >= LIMITS.clipped_samples
 
     def __str__(self) -> str:
         return f"{self.samples} samples of channel {self.channel} pile up at its {self.side}"
@@ -36,7 +37,7 @@ class Clipping:
 def saturation(samples: Array, quantity: str = "volts") -> str | None:
     """Why these samples are too clipped for a fit, None if they are not; samples: (channels, n), raw, in any unit.
 
-    An encoder stands at its largest count where the swing is let go, however long: an angle is clipped only where it
+    An encoder stays at its largest count until the swing is released. An angle is clipped only where it
     comes back to that count again.
     """
     found = find_clipping(samples)
@@ -44,7 +45,7 @@ def saturation(samples: Array, quantity: str = "volts") -> str | None:
         return None
     y = np.asarray(samples)[found.channel]
     extreme = float(y.max() if found.side == "top" else y.min())
-    return None if quantity == "angle" and peaks_at(y, extreme) < _FEWEST_PEAKS else str(found)
+    return None if quantity == "angle" and peaks_at(y, extreme) < LIMITS.clipped_peaks else str(found)
 
 
 def find_clipping(samples: Array) -> Clipping | None:
@@ -59,7 +60,7 @@ def find_clipping(samples: Array) -> Clipping | None:
     for channel, y in enumerate(np.asarray(samples)):
         for side, values in (("top", y), ("bottom", -y)):
             piled, below = _crowd(values)
-            if piled >= _FEW and piled > _CROWD * max(below, 1):
+            if piled >= LIMITS.piled_samples and piled > LIMITS.piled_ratio * max(below, 1):
                 found.append(Clipping(piled, channel, side))
     return max(found, key=lambda clipping: clipping.samples, default=None)
 
@@ -75,10 +76,6 @@ def _crowd(y: Array) -> tuple[int, int]:
     return y.size - rest.size, int(np.count_nonzero(rest == rest.max()))
 
 
-_FLAT = 4  # samples in a run
-_CHUNK = 512  # samples that are still at hand when they are looked at again
-
-
 def extremes(y: Array) -> tuple[float, float, int]:
     """(lowest, highest, reached) of the samples y (n,); lowest is NaN where one is not finite.
 
@@ -91,13 +88,13 @@ def extremes(y: Array) -> tuple[float, float, int]:
 
 def flat_runs(y: Array, lowest: float, highest: float) -> tuple[int, int]:
     """(runs at the highest value, at the lowest) of at least four samples of y (n,)."""
-    tops, bottoms = _count_runs(y, highest - 1e-9 * abs(highest), lowest + 1e-9 * abs(lowest))
+    tops, bottoms = _count_runs(y, highest - _EQUAL * abs(highest), lowest + _EQUAL * abs(lowest))
     return int(tops), int(bottoms)
 
 
 def peaks_at(y: Array, extreme: float) -> int:
     """How many peaks of the samples y (n,) have four samples at the extreme; it swings back between any two peaks."""
-    at = np.flatnonzero(np.abs(y - extreme) <= 1e-9 * abs(extreme))
+    at = np.flatnonzero(np.abs(y - extreme) <= _EQUAL * abs(extreme))
     middle = 0.5 * (float(y.min()) + float(y.max()))
     back = np.cumsum((y > middle) != (extreme > middle))[at]
     return int(np.count_nonzero(np.unique(back, return_counts=True)[1] >= _FLAT))
@@ -121,8 +118,8 @@ def _extremes(y):  # type: ignore[no-untyped-def]
         chunks[k, 1] = high
         lowest = min(lowest, low)
         highest = max(highest, high)
-    top = highest - 1e-9 * abs(highest)
-    bottom = lowest + 1e-9 * abs(lowest)
+    top = highest - _EQUAL * abs(highest)
+    bottom = lowest + _EQUAL * abs(lowest)
     tops = 0
     bottoms = 0
     for k in range(chunks.shape[0]):

@@ -7,27 +7,24 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.numerics.arrays import Array, ComplexArray
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_PERIODS = 6.0
-_PER_PERIOD = 32.0
-_MOST_HARMONICS = 6
-_FEWEST_PER_HARMONIC = 2.5  # samples in its period
-_CURVE = 128
+LIMITS = THRESHOLDS.screening
 
 
-def crest_factor(signal: Array, centre: int, rate_hz: float, frequency_hz: float) -> float | None:
+def crest_factor(signal: Array, *, centre: int, rate_hz: float, frequency_hz: float) -> float | None:
     """Largest value over rms of a channel (n,) around a sample, from its harmonics, so that noise does not count.
 
     frequency_hz: nearly that of the waveform there.  None where there are too few periods or samples in a period.
     """
-    step = max(1, int(rate_hz / (_PER_PERIOD * frequency_hz)))
+    step = max(1, int(rate_hz / (LIMITS.crest_points_per_period * frequency_hz)))
     per_period = rate_hz / (step * frequency_hz)
-    half = int(0.5 * _PERIODS * per_period) * step
+    half = int(0.5 * LIMITS.crest_periods * per_period) * step
     stretch = signal[max(0, centre - half) : centre + half]
     y = stretch[: stretch.size // step * step].reshape(-1, step).mean(axis=1)
-    count = min(_MOST_HARMONICS, int(per_period / _FEWEST_PER_HARMONIC))
-    if y.size < 0.5 * _PERIODS * per_period or count < 2:
+    count = min(LIMITS.crest_harmonics, int(per_period / LIMITS.crest_points_per_harmonic))
+    if y.size < 0.5 * LIMITS.crest_periods * per_period or count < 2:
         return None
     sizes = _harmonics(y - y.sum() / y.size, 2.0 * math.pi / per_period, count)
     # The means over `step` samples take that much off each harmonic.
@@ -60,4 +57,10 @@ def _turning(n: int, step_rad: float) -> ComplexArray:
 @lru_cache(1)
 def _curve() -> ComplexArray:
     """One period of every harmonic, (points, harmonics)."""
-    return np.exp(2j * math.pi * np.outer(np.arange(_CURVE) / _CURVE, np.arange(1, _MOST_HARMONICS + 1)))
+    return np.exp(
+        2j
+        * math.pi
+        * np.outer(
+            np.arange(LIMITS.crest_curve_points) / LIMITS.crest_curve_points, np.arange(1, LIMITS.crest_harmonics + 1)
+        )
+    )

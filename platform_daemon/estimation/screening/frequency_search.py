@@ -7,19 +7,20 @@ import math
 import numpy as np
 from scipy.fft import next_fast_len, rfft
 
-from ..numerics.arrays import Array, centred
-from ..numerics.jit import fast_kernel
+from platform_daemon.estimation.numerics.arrays import Array, centred
+from platform_daemon.estimation.numerics.jit import fast_kernel
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_PADDING = 8  # grid points per resolved frequency step
+LIMITS = THRESHOLDS.screening
 
 
-def best_frequency(data: Array, step_s: float, lowest: float, highest: float, weights: Array) -> float:
+def best_frequency(data: Array, *, step_s: float, lowest: float, highest: float, weights: Array) -> float:
     """The angular frequency, rad/s, between two whose harmonics 1 and 2 explain most of data (channels, n).
 
     weights: (channels,) of the channels' powers.
     """
     n = data.shape[1]
-    size = next_fast_len(_PADDING * n, real=True)
+    size = next_fast_len(LIMITS.frequency_search_padding * n, real=True)
     bins_per_omega = step_s * size / (2.0 * np.pi)
     first, last = math.ceil(lowest * bins_per_omega), min(int(highest * bins_per_omega), size // 4)
     spectrum = rfft(centred(data, size), axis=1)[:, first : 2 * last + 1]

@@ -1,12 +1,14 @@
-"""Where the oscillation of a record is, whatever the record reads."""
+"""Where the oscillation of a record is: of dm/dt, of volts, or of an angle."""
 
 from __future__ import annotations
 
-from ..record import RingDownRecord
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .angle_cycles import find_angle_frequency
 from .fundamental import SpectralPeak, find_fundamental
 
-_WEAKEST_DMDT = 0.05  # of the power at 2f, over three axes: below 97 degrees the fundamental is the stronger one
+LIMITS = THRESHOLDS.screening
 
 
 def find_oscillation(record: RingDownRecord) -> SpectralPeak | None:
@@ -15,5 +17,5 @@ def find_oscillation(record: RingDownRecord) -> SpectralPeak | None:
         return find_angle_frequency(record.valid, record.sampling_rate_hz)
     if record.quantity == "dmdt":
         # Else hum at half the frequency would be taken for the fundamental.
-        return find_fundamental(record.valid, record.sampling_rate_hz, _WEAKEST_DMDT)
+        return find_fundamental(record.valid, record.sampling_rate_hz, LIMITS.fundamental_weakest_share_dmdt)
     return find_fundamental(record.valid, record.sampling_rate_hz)

@@ -1,8 +1,8 @@
 """What all searches for lines in a spectrum share: the spectrum, the level beside a line, its place, whose it may be.
 
-A line is told by one statistic, the power of a bin over the level of the noise there. In noise it is exponentially
+A line is detected by one statistic, the power of a bin over the level of the noise there. In noise it is exponentially
 distributed, the sum over k independent spectra (channels, shots) like a gamma variable with k degrees: a bin exceeds
-25 by a chance of exp(-25), 1e-11. Who searches says how much is enough.
+25 by a chance of exp(-25), 1e-11. The threshold is chosen by each search.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from itertools import pairwise
 import numpy as np
 from scipy.fft import rfft
 
-from ..numerics.arrays import Array
-from ..physics.orbit import frequency_ratio
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.orbit import frequency_ratio
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-MAINS_HZ = (50.0, 60.0)
-_WIDEST = 3.0  # rad
+LIMITS = THRESHOLDS.screening
+MAINS_HZ = LIMITS.mains_hz
 
 
 def periodogram(samples: Array, window: Array, size: int | None = None) -> Array:
@@ -58,7 +59,7 @@ def is_mains(
     return any(abs(frequency_hz - m * max(1.0, round(frequency_hz / m))) < allowed for m in mains_hz)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Zones:
     """Frequencies that belong to the signal: k (low .. high) give or take the margin, all in Hz."""
 
@@ -70,11 +71,11 @@ class Zones:
     def of_sweep(cls, w: float, amplitude_rad: float, *, relative: float, margin_hz: float) -> Zones:
         """Of a motion with natural frequency w in rad/s that decays: slower than that the wider it swings."""
         natural_hz = w / (2.0 * np.pi)
-        slowest_hz = natural_hz * frequency_ratio(min(abs(amplitude_rad), _WIDEST))
-        return cls(slowest_hz * (1.0 - relative), natural_hz * (1.0 + relative), margin_hz)
+        slowest_hz = natural_hz * frequency_ratio(min(abs(amplitude_rad), LIMITS.widest_swing_rad))
+        return cls(low_hz=slowest_hz * (1.0 - relative), high_hz=natural_hz * (1.0 + relative), margin_hz=margin_hz)
 
     def holds(self, frequency_hz: Array | float) -> np.ndarray:
-        """True where a harmonic may stand."""
+        """True where a harmonic may be."""
         k = np.maximum(np.round(frequency_hz / (0.5 * (self.low_hz + self.high_hz))), 1.0)
         inside = np.zeros(np.shape(frequency_hz), dtype=bool)
         for n in (k - 1.0, k, k + 1.0):

@@ -8,16 +8,19 @@ from typing import Literal
 
 import numpy as np
 
-from ..numerics.arrays import Array
-from ..record import RingDownRecord
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .crest import crest_factor
 
+LIMITS = THRESHOLDS.screening
+N50_SECONDS = LIMITS.n50_s
+
 Window = Literal["n50", "d30"] | float
-N50_SECONDS = 0.24
-_DECAYED = 0.30
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SampleRange:
     """Samples first .. last-1 of a record, and what had to be said about them."""
 
@@ -52,7 +55,7 @@ def select_window(record: RingDownRecord, window: Window, frequency_hz: float, n
     notes: tuple[str, ...] = ()
     if last < wanted:
         notes = (f"record ends after {last * record.dt_s:.4g} s, before {seconds:g} s: used whole",)
-    return SampleRange(record.valid_from, last, notes)
+    return SampleRange(first=record.valid_from, last=last, notes=notes)
 
 
 def _decay_window(record: RingDownRecord, frequency_hz: float, noise_sd: Array) -> SampleRange:
@@ -62,24 +65,26 @@ def _decay_window(record: RingDownRecord, frequency_hz: float, noise_sd: Array) 
     amplitude, and with it what the peaks are in units of the rms.
     """
     y = record.valid
-    channel = int(np.argmax(np.sum(y[:, : max(1, y.shape[1] // 4)] ** 2, axis=1)))
-    for periods in (2, 6, 20):
-        length = max(8, round(periods * record.sampling_rate_hz / frequency_hz))
+    channel = int(np.argmax(np.sum(y[:, : max(1, y.shape[1] // LIMITS.d30_first_divisor)] ** 2, axis=1)))
+    for periods in LIMITS.d30_block_periods:
+        length = max(LIMITS.d30_block_samples, round(periods * record.sampling_rate_hz / frequency_hz))
         envelope = _envelope(y[channel], length, float(noise_sd[channel]))
         if envelope.size == 0:
             break
         # Average over more periods until noise cannot fake a crossing.
-        if envelope[0] > 10.0 * noise_sd[channel] / math.sqrt(length):
+        if envelope[0] > LIMITS.d30_over_noise * noise_sd[channel] / math.sqrt(length):
             break
     level = _level(y[channel], envelope, length, record.sampling_rate_hz, frequency_hz) if envelope.size else 0.0
     below = np.flatnonzero(envelope < level)
     if below.size == 0:
         return SampleRange(
-            record.valid_from, record.end, ("record ends before the signal decayed to 30 %: used whole",)
+            first=record.valid_from,
+            last=record.end,
+            notes=("record ends before the signal decayed to 30 %: used whole",),
         )
     crossing = _crossing(envelope, int(below[0]), level)
     centre = record.valid_from + (crossing + 0.5) * length
-    return SampleRange(record.valid_from, min(record.end, int(centre)))
+    return SampleRange(first=record.valid_from, last=min(record.end, int(centre)))
 
 
 def _envelope(signal: Array, length: int, sd: float) -> Array:
@@ -91,10 +96,13 @@ def _envelope(signal: Array, length: int, sd: float) -> Array:
 def _level(signal: Array, envelope: Array, length: int, rate_hz: float, frequency_hz: float) -> float:
     """The envelope where the peaks are at 30 % of the largest."""
     largest = int(np.argmax(envelope))
-    level = _DECAYED * float(envelope[largest])
+    level = LIMITS.d30_share * float(envelope[largest])
     below = np.flatnonzero(envelope[largest:] < level)
     there = largest + int(below[0]) if below.size else envelope.size - 1
-    first, last = (crest_factor(signal, int((k + 0.5) * length), rate_hz, frequency_hz) for k in (largest, there))
+    first, last = (
+        crest_factor(signal, centre=int((k + 0.5) * length), rate_hz=rate_hz, frequency_hz=frequency_hz)
+        for k in (largest, there)
+    )
     return level if first is None or last is None else level * first / last
 
 

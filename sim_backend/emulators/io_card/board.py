@@ -1,6 +1,6 @@
 """One I/O card behind its server: modes, registers, trigger, write pointer, recorded samples.
 
-Methods that change something are called with the world's lock held (`conversation` takes it); times are samples since
+Methods that change something are called with the world's lock held (`scpi_session` takes it); times are samples since
 this card's trigger.
 """
 
@@ -15,16 +15,15 @@ from numpy.typing import NDArray
 
 from sim_backend.world.faults import DROPPED
 
-from .converters import adc_codes, adc_gain, filter_delay
-from .emergency import INPUT, Emergency
 from .memory import CLEAR_ACCESSES
-from .options import BoardOptions, short_name
+from .options import AXES, BoardOptions
 from .registers import BASE_HZ, PINS, Registers
+from .sample_ring import RING
 from .sequence import Sequence, State
 from .shot import Lab, Shot
-from .tape import RING
 
 BURST = 32  # the RAM writer's granularity, sample pairs
+HALF_SCALE = 32768  # ADC codes
 FLAG_BITS = {"overwritten": 1, "corrupted": 2}
 
 
@@ -40,14 +39,20 @@ class Board:
     """State that survives a reconnect, and what the converters see."""
 
     def __init__(self, cards: Lab, options: BoardOptions) -> None:
-        self.cards, self.options = cards, options
+        self.cards = cards
+        self.options = options
         self.mode = Mode.CONFIGURATION
-        self.decimation, self.fir = 16, True
-        self.trigger_mode, self.propagate, self.keep_alive, self.trigger_on = "INTERNAL", False, False, False
+        self.decimation = 16
+        self.fir = True
+        self.trigger_mode = "INTERNAL"
+        self.propagate = False
+        self.keep_alive = False
+        self.trigger_on = False
         self.registers = Registers()
         self.sequence = Sequence()
         self.history: list[tuple[int, Registers]] = []
-        self.triggered, self.offset = False, 0
+        self.triggered = False
+        self.offset = 0
         self.pin_out: dict[str, bool] = {}
         self.pin_on: dict[str, bool] = {}
         self.pin_bridge: dict[str, bool] = {}
@@ -55,8 +60,8 @@ class Board:
         self.numbers = {"presamples": 0, "reference": 0}
         self.counter_clocks = 0
         self.counter_trigger = {"enabled": False, "armed": False, "reset": False}
-        wire = options.wire
-        self.emergency = Emergency(None if wire is None else (short_name(wire[0]), short_name(wire[1])))
+        self.emergency_pressed = False  # the level of the emergency input DIO3_P
+        self.emergency_latched = False  # it was high with the trigger on; all outputs are zero until the trigger falls
         scales = {"ADC": options.adc_scale_v, "DAC": options.dac_scale}
         self.scales = {(kind, k): float(np.float32(scale[k])) for kind, scale in scales.items() for k in (0, 1)}
         self.offsets = {("ADC", k): options.adc_offset_v[k] for k in (0, 1)} | {("DAC", k): 0.0 for k in (0, 1)}
@@ -71,7 +76,7 @@ class Board:
         self._cleared_s = -math.inf
 
     def power_up(self, options: BoardOptions) -> None:
-        """The server has started anew, with these options: the card's image is loaded, and everything forgotten."""
+        """The server has been restarted with these options: the card's image is loaded, and all registers are reset."""
         with self.cards.world.lock:
             self.trigger_on = self.keep_alive = False
             self.cards.update_trigger()
@@ -121,20 +126,21 @@ class Board:
 
     def trigger_rose(self, offset: int) -> None:
         """The trigger comes; `offset` in samples of the common shot."""
-        self.triggered, self.offset, self._fault_at = True, offset, math.inf
+        self.triggered = True
+        self.offset = offset
+        self._fault_at = math.inf
         self.sequence.started()
-        self.emergency.begun(0.0)
         self.registers = replace(self.registers, program=self.sequence.program, muted=False)
         quiet = [(0, Registers(muted=True, pins=self.registers.pins))] if offset else []
         self.history = [*quiet, (offset, self.registers)]
-        if self.emergency_level():
-            self.pins_changed()
-        self.emergency.begun(self.counter_clocks / self.decimation)
+        self.check_emergency()
 
     def joined(self, shot: Shot) -> None:
         """The shot that the trigger began or joined."""
-        self._before, self._before_offset = self._shot, self._shot_offset
-        self._shot, self._shot_offset = shot, self.offset
+        self._before = self._shot
+        self._before_offset = self._shot_offset
+        self._shot = shot
+        self._shot_offset = self.offset
 
     def trigger_fell(self) -> None:
         """The trigger goes: the sequence is over, the pointer cleared or frozen."""
@@ -144,14 +150,14 @@ class Board:
             self.sequence.aborted()
             self._cleared_s = self.cards.world.clock.monotonic_s() + self.clear_s()
             self.registers = self.registers.silenced()
-        self.triggered, self.emergency.latched = False, False
+        self.triggered = False
+        self.emergency_latched = False
         self._record(replace(self.registers, muted=True, program=None))
 
     def settle(self) -> None:
         """If the sequence has ended by now: the server has stopped everything (stopTx)."""
-        self._settle_emergency()
         program = self.registers.program
-        held = self.emergency.latched  # the emergency input holds the stepper: the sequence seems to run for ever
+        held = self.emergency_latched  # the emergency input holds the stepper: the sequence seems to run for ever
         if self.triggered and not held and program is not None and self.write_pointer() >= program.stop:
             self._cleared_s = self.reached_s(int(program.stop)) + self.clear_s()
             self.sequence.finished()
@@ -196,57 +202,20 @@ class Board:
         """The pins' levels from directions and values; a pin that carries a waveform's pulses has none of its own."""
         own = {p for p in PINS if self.pin_out.get(p, True) and not self.pin_bridge.get(p, False)}
         on = frozenset(p for p, value in self.pin_on.items() if value and p in own)
-        self._settle_emergency()
         self.write(replace(self.registers, pins=on))
-        self.pins_changed()
 
     # --- the emergency input
 
-    def pad(self, pin: str) -> bool:
-        """Level at a pin."""
-        if self.pin_out.get(pin, True) and pin != INPUT:
-            return pin in self.registers.pins or (self.triggered and self.emergency.counts(pin, self.elapsed()))
-        source = self.emergency.source(pin)
-        return source is not None and source != pin and self.pad(source)
-
-    def emergency_level(self) -> bool:
-        """Level of DIO3_P now."""
-        return self.emergency.pressed or self.pad(INPUT)
-
     def instant_reset(self, level: bool) -> None:
-        """What the pin DIO3_P gets from outside."""
-        self._settle_emergency()
-        self.emergency.pressed = level
-        self.pins_changed()
+        """The level that the pin DIO3_P gets from outside."""
+        self.emergency_pressed = level
+        self.check_emergency()
 
-    def rewire(self, wire: tuple[str, str] | None) -> None:
-        """A wire from one pin to another; None: it is taken off."""
-        self._settle_emergency()
-        self.emergency.wire = wire
-        self.pins_changed()
-        self.cards.changed()
-
-    def pins_changed(self) -> None:
-        """Something that may press the emergency input has changed, now."""
-        self.emergency.since = self.elapsed()
-        if self.triggered and self.words["instant_reset"] == "ON" and self.emergency_level():
-            self.emergency.latched = True
+    def check_emergency(self) -> None:
+        """The emergency input, its mode or the trigger may have changed: latch the input if all three are on."""
+        if self.triggered and self.words["instant_reset"] == "ON" and self.emergency_pressed:
+            self.emergency_latched = True
             self.write(replace(self.registers, muted=True))
-
-    def muted_from(self) -> float:
-        """Sample of the common shot from which on the counter holds the outputs at zero by a wire; inf: it will not."""
-        source = self.emergency.source(INPUT)
-        if not self.triggered or self.words["instant_reset"] != "ON" or not self.pin_out.get(source or "", True):
-            return math.inf
-        return self.emergency.due() + self.offset
-
-    def _settle_emergency(self) -> None:
-        """If the counter has pressed the emergency input by now."""
-        at = self.muted_from()
-        if self._shot is not None and self._shot.now() >= at:
-            self.emergency.latched = True
-            self.registers = replace(self.registers, muted=True)
-            self._record(self.registers, at=math.ceil(at))
 
     def _record(self, registers: Registers, at: int | None = None) -> None:
         if not self.history or self._shot is None or self._shot.over:
@@ -269,7 +238,7 @@ class Board:
         """A client asks for samples: faults strike in the middle of them."""
         if self._shot is not None and self.triggered:
             self._shot.wanted = max(self._shot.wanted, start + count + self.offset)
-            self.cards.world.player.replan()
+            self.cards.world.shot_simulator.replan()
             if math.isinf(self._fault_at):
                 self._fault_at = start + count // 2
 
@@ -298,3 +267,26 @@ class Board:
         skipped = DROPPED if "dropped_samples" in self.faults() and first >= self._fault_at else 0
         volts = shot.volts(first + offset + skipped, stop + offset + skipped)
         return adc_codes(volts, self.options, adc_gain(self.decimation, fir=self.fir))
+
+
+def filter_delay(decimation: int, *, fir: bool) -> float:
+    """How many samples a signal appears late in the recording."""
+    cic = ((decimation / 2 if fir else decimation) - 1) / 2 * 6 / decimation
+    return cic + (92 - 1) / 2 / 2 if fir else cic
+
+
+def adc_gain(decimation: int, *, fir: bool) -> float:
+    """Gain of the first decimation filter, which nothing takes off; 1 for powers of two."""
+    rate = decimation / 2 if fir else decimation
+    return float(rate**6 / 2 ** math.ceil(6 * math.log2(rate)))
+
+
+def adc_codes(volts: NDArray[np.float32], options: BoardOptions, gain: float) -> NDArray[np.float64]:
+    """(n, 2) codes of the volts (3, n) of the three axes; 0 at an input that nothing is connected to."""
+    codes = np.zeros((volts.shape[1], 2))
+    for column, axis in enumerate(options.inputs):
+        if axis:
+            u = volts[AXES.index(axis)].astype(np.float64)
+            u = (u - options.adc_offset_v[column]) / options.adc_scale_v[column]
+            codes[:, column] = np.rint(np.clip(u, -HALF_SCALE, HALF_SCALE - 1) * gain)
+    return codes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .board import Mode
 from .daq_handler import RANGE, Code, Connection, Handler, need, on_off, quoted, whole, word
-from .tape import RING
+from .sample_ring import RING
 
 WORD = 2**16
 

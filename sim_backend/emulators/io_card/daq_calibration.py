@@ -50,7 +50,8 @@ def reset_calibration(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
     """Defaults again."""
     board = c.board
     for key in board.scales:
-        board.scales[key], board.offsets[key] = (1 / 32768 if key[0] == "ADC" else 1.0), 0.0
+        board.scales[key] = 1 / 32768 if key[0] == "ADC" else 1.0
+        board.offsets[key] = 0.0
     board.calibration_flags = 0
     board.stop_tx(offsets=True)
     return "1"

@@ -14,7 +14,12 @@ from typing import Protocol
 from .board import Board, Mode
 from .registers import COMPONENTS, OUTPUTS
 
-RANGE, BAD_CHANNEL, BAD_COMPONENT, BAD_MODE, MISSING, NOT_CONFIGURABLE = -2, -3, -4, -5, -6, -7
+RANGE = -2
+BAD_CHANNEL = -3
+BAD_COMPONENT = -4
+BAD_MODE = -5
+MISSING = -6
+NOT_CONFIGURABLE = -7
 UNSPECIFIED = -1
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 WHOLE = re.compile(r"[+-]?\d+")
@@ -38,7 +43,7 @@ class Connection(Protocol):
     errors: deque[str]
 
     def upload(self, count: int) -> bytes:
-        """So many bytes from the data socket; shorter if the client is gone."""
+        """So many bytes from the data socket; fewer if the client disconnects."""
 
     def start_sending(self, start: int, count: int, chunk: int | None) -> None:
         """Send samples; chunk None: at once and without records."""
@@ -60,7 +65,7 @@ Handler = Callable[[Connection, tuple[int, ...], list[str]], str | None]
 
 
 def number(arguments: list[str], place: int = 0) -> float:
-    """A number.  Raises Code if it is missing or is none, Silence if a blank stands where a comma should."""
+    """A number.  Raises Code if it is missing or is none, Silence if there is a blank instead of a comma."""
     return float(_text(arguments, place))
 
 

@@ -22,11 +22,11 @@ from .registers import PINS
 
 def set_mode(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     """`RP:MODe`."""
-    asked = word(a, "CONFIGURATION", "ACQUISITION", "TRANSMISSION")
+    mode = word(a, "CONFIGURATION", "ACQUISITION", "TRANSMISSION")
     need(c.board, Mode.CONFIGURATION, Mode.ACQUISITION)
-    if asked == "TRANSMISSION":
+    if mode == "TRANSMISSION":
         raise Code(BAD_MODE)
-    c.board.mode = Mode(asked)
+    c.board.mode = Mode(mode)
     return "1"
 
 
@@ -76,7 +76,7 @@ def _pin_commands(side: str) -> dict[str, Handler]:
         f"{head}:HBridge": _set_bridge(side),
         f"{head}:HBridge?": lambda c, n, a: on_off(c.board.pin_bridge.get(_pin(side, n), False)),
         head: _set_level(side),
-        f"{head}?": lambda c, n, a: on_off(c.board.pad(_pin(side, n))),
+        f"{head}?": lambda c, n, a: on_off(_pin(side, n) in c.board.registers.pins),
     }
 
 
@@ -91,7 +91,7 @@ def _set_word(name: str, *words: str, configuration: bool = False) -> Handler:
 
 
 def set_counter(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
-    """`RP:COUnter:SAMPlesperstep`, kept in clocks; the counter takes it with the next trigger."""
+    """`RP:COUnter:SAMPlesperstep`, kept in clocks."""
     configurable(c.board)
     c.board.counter_clocks = whole(a) * c.board.decimation
     return "1"
@@ -108,7 +108,7 @@ def _set_number(name: str) -> Handler:
 
 def _set_instant_reset(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     c.board.words["instant_reset"] = word(a, "ON", "OFF")
-    c.board.pins_changed()
+    c.board.check_emergency()
     return "1"
 
 
@@ -167,8 +167,8 @@ SERVER: dict[str, Handler] = (
         "RP:WatchDogMode?": lambda c, n, a: quoted(c.board.words["watchdog"]),
         "RP:InstantReset:MODe": _set_instant_reset,
         "RP:InstantReset:MODe?": lambda c, n, a: quoted(c.board.words["instant_reset"]),
-        "RP:InstantReset:STATus?": lambda c, n, a: str(int(c.board.emergency_level())),
-        "RP:InstantReset:TRIGgered?": lambda c, n, a: str(int(c.board.emergency.latched)),
+        "RP:InstantReset:STATus?": lambda c, n, a: str(int(c.board.emergency_pressed)),
+        "RP:InstantReset:TRIGgered?": lambda c, n, a: str(int(c.board.emergency_latched)),
         "RP:COUnter:SAMPlesperstep": set_counter,
         "RP:COUnter:SAMPlesperstep?": lambda c, n, a: str(c.board.counter_clocks // c.board.decimation),
         "RP:CounterTrigger:ENable": _set_counter_trigger("enabled"),

@@ -16,7 +16,7 @@ from dataclasses import replace
 from ..listening import hang_up, listening_socket
 from ..wire_faults import WireFaults
 from .board import Board
-from .conversation import Conversation
+from .scpi_session import ScpiSession
 
 MAIN_LOOP_S = 0.02
 HANGS = 0.05  # share of the time in which it ends a client
@@ -26,7 +26,8 @@ class DaqServer:
     """One card's server on its two ports."""
 
     def __init__(self, board: Board, host: str, faults: WireFaults) -> None:
-        self._board, self._faults = board, faults
+        self._board = board
+        self._faults = faults
         self._commands = listening_socket(host, board.options.command_port, backlog=1)
         try:
             self._data = listening_socket(host, board.options.data_port, backlog=1)
@@ -36,8 +37,8 @@ class DaqServer:
         self.host = host
         self.command_port: int = self._commands.getsockname()[1]
         self.data_port: int = self._data.getsockname()[1]
-        self._talk: Conversation | None = None
-        self._ending: list[Conversation] = []
+        self._talk: ScpiSession | None = None
+        self._ending: list[ScpiSession] = []
         self._closed = False
         self._over = threading.Event()
         self._half_open: socket.socket | None = None
@@ -71,11 +72,11 @@ class DaqServer:
                 if late:
                     hang_up(data)  # by the thread that still ends the client before
                 self._half_open = None
-                self._talk = Conversation(self._board, command, data, self._faults, self.close, left_over)
+                self._talk = ScpiSession(self._board, command, data, self._faults, self.close, left_over)
                 time.sleep(MAIN_LOOP_S)  # the main loop looks for the next client only now and then
 
     def _ends_twice(self) -> bool:
-        """Whether a client comes while the one before, which has gone by itself, is still being ended.
+        """Whether a client comes while the one before, which has disconnected by itself, is still being ended.
 
         Two threads of the real server then wait for the end of the same third one: within a millisecond it hung 6 of 6
         times, until it was restarted, later the old thread closed the new client's data connection.
@@ -89,7 +90,8 @@ class DaqServer:
     def _evict(self, successor: socket.socket) -> bytes:
         """End the client before; what it had already sent is still answered, but to its successor.  Returns what is
         left in the parser's buffer, which the clients share."""
-        before, self._talk = self._talk, None
+        before = self._talk
+        self._talk = None
         self._ending = [] if before is None else [before]
         if before is not None and before.gone_s is None:
             clock = self._board.cards.world.clock
@@ -103,7 +105,7 @@ class DaqServer:
 
 
 def left_alone(board: Board) -> None:
-    """The card goes on without its server; called with the world's lock held."""
+    """The card continues without its server; called with the world's lock held."""
     board.settle()
     board.sequence.abandoned(board.elapsed())
     if board.triggered and board.registers.program is not None:

@@ -116,7 +116,7 @@ def _get_component(name: str) -> Handler:
             channel, component = component_of(n, COMPONENTS - 1 if name == "signal" else COMPONENTS)
         except Code as refusal:
             if name == "signal":
-                raise ServerCrash from None  # a name that nobody has set
+                raise ServerCrash from None  # a name that was never set
             return exact(refusal.number)
         value = getattr(c.board.registers.outputs[channel].components[component], name)
         return quoted(value) if name == "signal" else exact(value)
@@ -126,7 +126,8 @@ def _get_component(name: str) -> Handler:
 
 def set_offset(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
     """V, up to 1/scale in both directions."""
-    channel, volts = channel_of(n), number(a)
+    channel = channel_of(n)
+    volts = number(a)
     return _output(c.board, channel, offset_v=_put_out(c.board, channel, volts, OFFSET_CODES))
 
 
@@ -155,7 +156,8 @@ def set_table(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
 
 def set_ramp(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
     """Length of the ramp, s; the register holds its inverse."""
-    channel, seconds = channel_of(n), number(a)
+    channel = channel_of(n)
+    seconds = number(a)
     hz = 1 / seconds if seconds else np.inf
     if not SLOWEST_HZ <= hz < BASE_HZ:
         raise Code(RANGE)
@@ -176,7 +178,7 @@ def enable_ramp(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
 
 
 def get_ramp_enabled(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
-    """ON or OFF; of a channel that is not there, a name that nobody has set."""
+    """ON or OFF; of a channel that is not there, a name that was never set."""
     if n[0] >= OUTPUTS:
         raise ServerCrash
     return on_off(c.board.registers.outputs[n[0]].ramp_enabled)
@@ -185,8 +187,9 @@ def get_ramp_enabled(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
 def ramp_down(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
     """Begin the way down; cannot be undone."""
     need(c.board, Mode.ACQUISITION, Mode.TRANSMISSION)
-    channel, asked = channel_of(n), word(a, "ON", "OFF") == "ON"
-    return _output(c.board, channel, ramp_down=asked or c.board.registers.outputs[channel].ramp_down)
+    channel = channel_of(n)
+    on = word(a, "ON", "OFF") == "ON"
+    return _output(c.board, channel, ramp_down=on or c.board.registers.outputs[channel].ramp_down)
 
 
 def ramp_status(c: Connection, _: tuple[int, ...], __: list[str]) -> str:

@@ -11,7 +11,9 @@ from .registers import OUTPUTS, SEQUENCE_CHANNELS
 RING = 8192
 LOOKAHEAD = 7372  # steps that are filled ahead
 ENABLE = 2  # a bit is read, cleared and set
-OUTPUT_STEP, SLOW_STEP = 7, 3  # value, enable bit, and for OUT1 and OUT2 resync and ramp bits
+# value, enable bit, and for OUT1 and OUT2 resync and ramp bits
+OUTPUT_STEP = 7
+SLOW_STEP = 3
 TABLE_WORDS = 8192  # of an output's waveform table
 CLEARED_CHANNELS = 5  # the server forgets the sixth
 
@@ -29,4 +31,4 @@ def set_accesses(channels: int) -> int:
 
 
 CLEAR_ACCESSES = OUTPUTS * TABLE_WORDS + RING * ((1 + ENABLE) * CLEARED_CHANNELS + ENABLE * OUTPUTS)
-"""When a sequence has ended or was aborted, or a client has gone; the amplitudes go to zero before."""
+"""When a sequence has ended or was aborted, or a client has disconnected; the amplitudes go to zero before."""

@@ -1,4 +1,4 @@
-"""What the emulated I/O cards can be told: the table `[io_cards]` of an emulator's file."""
+"""Options of the emulated I/O cards: the table `[io_cards]` of an emulator's file."""
 
 from __future__ import annotations
 
@@ -18,18 +18,20 @@ Terminals = Annotated[tuple[Terminal, Terminal], Field(strict=False)]
 Name = Annotated[str, Field(min_length=1)]
 Two = Annotated[tuple[Positive, Positive], Field(strict=False)]
 TwoOffsets = Annotated[tuple[Finite, Finite], Field(strict=False)]
-PinName = Literal["DIO7_P", "DIO7_N", "DIO6_P", "DIO6_N", "DIO5_N", "DIO4_N", "DIO3_N", "DIO2_N", "DIO3_P"]
 AXES = ("x", "y", "z")
 OUTPUTS = (*AXES, "dipole")  # as the world counts them
 NOMINAL_SCALE = 1 / 32768
 
 
 class BoardOptions(Section):
-    """One card: its ports (0: any free one), the axis of each input and output ("": nothing connected; an output may
-    also feed the "dipole"), how many of AO0 ... AO3 its image drives (1: that of server 0.11.1), how long the server
-    takes to end a client that has gone, and for one access to its sequence memory, versions, and what its EEPROM says;
-    the converters have just these scales (inputs: V per code, outputs: register per V) and offsets V; wire: from one
-    pin of the card to another, `["DIO4_N", "DIO3_P"]` for a watchdog."""
+    """One card.
+
+    command_port, data_port: 0: any free one; inputs, outputs: the axis of each ("": nothing connected; an output may
+    also feed the "dipole"); slow_outputs: how many of AO0 ... AO3 its image drives (1: that of server 0.11.1);
+    ending_s: how long the server takes to end a client that has disconnected; memory_access_s: for one access to its
+    sequence memory; server_version, image_version: what it reports; adc_scale_v (V per code), dac_scale (register per
+    V), adc_offset_v, calibration_flags: its EEPROM, which the converters match exactly.
+    """
 
     command_port: Port = 0
     data_port: Port = 0
@@ -44,12 +46,6 @@ class BoardOptions(Section):
     adc_offset_v: TwoOffsets = (0.0, 0.0)
     dac_scale: Two = (1.0, 1.0)
     calibration_flags: Annotated[int, Field(ge=0, lt=4096)] = 0b1111
-    wire: Annotated[tuple[PinName, PinName], Field(strict=False)] | None = None
-
-
-def short_name(pin: PinName) -> str:
-    """Of a pin, as in `registers.PINS`."""
-    return pin.removeprefix("DIO").replace("_", "")
 
 
 class LineOptions(Section):

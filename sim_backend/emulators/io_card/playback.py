@@ -1,24 +1,29 @@
 """From a card's registers to what its outputs and lines do: bursts of sines in samples after the trigger.
 
 A card's history is a list of (sample, registers from then on), beginning with sample 0 at the trigger.  The sum of an
-output: enable x (sequence value + offset + waveforms + table) x ramp, with waveforms running on underneath.
+output: enable x (sequence value + offset + waveforms + table) x ramp, with waveforms running on underneath.  Periodic
+waveforms are sums of sines, because the coils' currents are solved for sines in closed form.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers.timeline import Burst
 
 from .registers import COMPONENTS, OUTPUTS, Output, Program, Registers
-from .waveforms import partials, table_partials
 
 History = Sequence[tuple[int, Registers]]
 Spans = list[tuple[int, int]]
+Partials = tuple[tuple[int, float, float], ...]
 
+HARMONICS = 40
+NEGLIGIBLE = 1e-6
 RAMP_STAIRS = 32
 HIGH_V = 0.9
 
@@ -113,10 +118,10 @@ class _Ramp:
     def __init__(self, history: History, output: int, rate_hz: float) -> None:
         channel = history[-1][1].outputs[output]
         self._samples = channel.ramp_s * rate_hz if channel.ramp_enabled else 0.0
-        asked = [k for k, r in history if r.outputs[output].ramp_down]
+        commanded = [k for k, r in history if r.outputs[output].ramp_down]
         programs = [(k, r.program) for k, r in history if r.program is not None and np.any(r.program.ramp_down)]
         planned = [float(np.argmax(p.ramp_down)) * p.samples_per_step for _, p in programs]
-        self._down = min([*asked, *planned], default=np.inf)
+        self._down = min([*commanded, *planned], default=np.inf)
 
     def stairs(self, first: int, last: int) -> Iterator[tuple[int, int, float]]:
         """(from, to, factor) covering samples first..last."""
@@ -132,3 +137,28 @@ class _Ramp:
         up = min(sample / self._samples, 1.0)
         down = 1.0 - min(max((sample - self._down) / self._samples, 0.0), 1.0)
         return up * down
+
+
+@lru_cache
+def partials(signal: str) -> Partials:
+    """(harmonic, amplitude, phase rad) of a waveform of unit amplitude; sine phases."""
+    if signal == "SINE":
+        return ((1, 1.0, 0.0),)
+    odd = range(1, 2 * HARMONICS, 2)
+    if signal == "SQUARE":
+        return tuple((n, 4 / (np.pi * n), 0.0) for n in odd)
+    if signal == "TRIANGLE":
+        return tuple((n, 8 / (np.pi * n) ** 2 * (-1) ** (n // 2), 0.0) for n in odd)
+    return tuple((n, 2 / (np.pi * n) * (-1) ** (n + 1), 0.0) for n in range(1, HARMONICS + 1))
+
+
+def table_partials(table: NDArray[np.float64]) -> Partials:
+    """The strongest harmonics (n, amplitude, phase) of a table that is played round and round; n = 0 is its mean."""
+    spectrum = 2 * np.fft.rfft(table) / table.size
+    spectrum[0] /= 2
+    strongest = np.argsort(-np.abs(spectrum))[:HARMONICS]
+    return tuple(
+        (int(n), float(abs(spectrum[n])), float(np.angle(spectrum[n]) + np.pi / 2))
+        for n in sorted(strongest)
+        if abs(spectrum[n]) > NEGLIGIBLE
+    )

@@ -1,4 +1,4 @@
-"""What an I/O card's outputs are told: registers, and the sequence that the card steps through after the trigger."""
+"""Registers of an I/O card's outputs, and the sequence that the card steps through after the trigger."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-OUTPUTS, COMPONENTS, PDM_CHANNELS = 2, 3, 4
+OUTPUTS = 2
+COMPONENTS = 3
+PDM_CHANNELS = 4
 SEQUENCE_CHANNELS = OUTPUTS + PDM_CHANNELS
 AWG_SAMPLES = 16384
-AMPLITUDE_CODES, OFFSET_CODES = 65534, 32767
+AMPLITUDE_CODES = 65534
+OFFSET_CODES = 32767
 BASE_HZ = 125e6  # of the converters
 FREQUENCY_STEP_HZ = BASE_HZ / 2**48
 PHASE_STEPS = 2**48  # of a turn
@@ -111,8 +114,10 @@ class Program:
 
     def beginning_with(self, values: NDArray[np.float64]) -> Program:
         """The same with other values (6,) in step 0, enabled."""
-        levels, enable = self.values.copy(), self.enable.copy()
-        levels[0], enable[0] = values, True
+        levels = self.values.copy()
+        enable = self.enable.copy()
+        levels[0] = values
+        enable[0] = True
         return replace(self, values=levels, enable=enable)
 
     def _resync(self, channel: int) -> NDArray[np.bool_]:
@@ -120,11 +125,12 @@ class Program:
 
     @cached_property
     def _starts(self) -> list[NDArray[np.intp]]:
-        """By channel, the steps at which something changes: asked for at every register that is written."""
+        """By channel, the steps at which something changes; cached, because each write to a register uses them."""
         return [self._starts_of(channel) for channel in range(self.values.shape[1])]
 
     def _starts_of(self, channel: int) -> NDArray[np.intp]:
-        resync, new = self._resync(channel), np.ones(len(self.values), dtype=np.bool_)
+        resync = self._resync(channel)
+        new = np.ones(len(self.values), dtype=np.bool_)
         new[1:] = np.diff(self.values[:, channel]) != 0
         new[1:] |= np.diff(self.enable[:, channel]) | resync[1:] | resync[:-1]
         return np.flatnonzero(new)

@@ -10,7 +10,9 @@ from .board import Board
 
 PERFORMANCE = struct.Struct("<QQ4B")
 PIECE = 65536
-CONTROL_MARGIN, SET_DELAY, NO_UPDATE = 255, 0, 255
+CONTROL_MARGIN = 255
+SET_DELAY = 0
+NO_UPDATE = 255
 IDLE_S = 0.01
 
 
@@ -18,8 +20,11 @@ class Sending:
     """One pipelined read.  `chunk()` sends the next chunk; `write` returns False if the read was stopped meanwhile."""
 
     def __init__(self, board: Board, start: int, count: int, chunk: int, write: Callable[[bytes], bool]) -> None:
-        self._board, self._write = board, write
-        self._next, self._stop, self._chunk = start, start + count, chunk
+        self._board = board
+        self._write = write
+        self._next = start
+        self._stop = start + count
+        self._chunk = chunk
         self.performance = bytes(PERFORMANCE.size)
 
     def over(self) -> bool:

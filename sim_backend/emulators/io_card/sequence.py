@@ -90,7 +90,7 @@ class Sequence:
         return 0 if main is None else len(main.values)
 
     def upload(self, values: NDArray[np.float32], repetitions: int) -> None:
-        """A new main table, (steps, channels) V; what enabled the old one is gone, what resynchronised it is not."""
+        """A new main table, (steps, channels) V; discards the enable bits of the old one and keeps its resync bits."""
         main = Part(values.astype(np.float64), repetitions)
         self._next = replace(self.configured(), main=main, enable=None)
 
@@ -104,7 +104,8 @@ class Sequence:
 
     def upload_ramp(self, values: NDArray[np.float32], repetitions: int, *, down: bool) -> None:
         """The table before or after the main one."""
-        part, tables = Part(values.astype(np.float64), repetitions), self.configured()
+        part = Part(values.astype(np.float64), repetitions)
+        tables = self.configured()
         self._next = replace(tables, down=part) if down else replace(tables, up=part)
 
     def clear(self) -> None:
@@ -117,7 +118,9 @@ class Sequence:
         """SEQ:SET; nothing happens if there never was a sequence.  Raises ServerCrash after a CLEAR without a new
         one."""
         if self._next is not None:
-            self._set, self._next, self._freed = self._next, None, False
+            self._set = self._next
+            self._next = None
+            self._freed = False
         if self._freed:
             raise ServerCrash
         if self._set is None:
@@ -128,21 +131,23 @@ class Sequence:
         elif len(program.values):
             program = program.beginning_with(self._ring_first)
         self._filled = 1 if self._filled >= LOOKAHEAD else LOOKAHEAD
-        self.program, self.state, self.lost_steps = program, State.PREPARED, False
+        self.program = program
+        self.state = State.PREPARED
+        self.lost_steps = False
 
     def let_go(self) -> None:
-        """SAMPLESPERSTEP or CHAN, told after SEQ:SET: the server forgets that anything is prepared.
+        """SAMPLESPERSTEP or CHAN after SEQ:SET: the server forgets that a sequence is prepared.
 
         Source (scpi_commands.c: seqState = CONFIG; control.c looks after a prepared or running sequence only), and seen
-        on the real server: the memory stays as it is, each trigger plays it anew, and nothing is cleaned up.
+        on the real server: the memory stays as it is, each trigger plays it again, and it is never cleared.
         """
         if self.state is State.PREPARED and self.program is not None:
             self.program = _as_memory(self.program, self.channels)
         self.state = State.CONFIG
 
     def abandoned(self, elapsed: float) -> None:
-        """The server's process ends so many samples after the trigger: nobody fills the memory any more, nor sees the
-        end of the sequence.
+        """The server's process ends `elapsed` samples after the trigger: the memory is filled no longer, and the end of
+        the sequence is not noticed.
 
         Source (sequence_stepper.v counts modulo 8192 while the trigger is on), and seen with the compiled server.
         """
@@ -152,7 +157,7 @@ class Sequence:
         self.state = State.CONFIG
 
     def emptied(self) -> None:
-        """stopTx: what the server has no hand on is gone from the memory as well."""
+        """stopTx: a sequence that the server no longer looks after is removed from the memory as well."""
         if self.program is not None and self.program.ring:
             self.program = None
 
@@ -187,11 +192,13 @@ class Sequence:
         self.state = State.CONFIG
 
     def forgotten(self) -> None:
-        """A client came or went: everything starts anew except the uploads."""
+        """A client connected or disconnected: everything is reset except the uploads."""
         self._emptied(0)
 
     def _emptied(self, filled: int) -> None:
-        self.state, self.program, self._filled = State.CONFIG, None, filled
+        self.state = State.CONFIG
+        self.program = None
+        self._filled = filled
         self._ring_first = np.zeros(SEQUENCE_CHANNELS)
 
     def _planned(self, tables: Tables, samples_per_step: int) -> Program:
@@ -207,7 +214,8 @@ class Sequence:
             p.played() if p is not None else np.zeros((0, self.channels)) for p in (tables.up, tables.main, tables.down)
         ]
         lengths = [len(p) for p in parts]
-        total, before = sum(lengths), lengths[0]
+        total = sum(lengths)
+        before = lengths[0]
         values, enable = np.zeros((total, SEQUENCE_CHANNELS)), np.ones((total, SEQUENCE_CHANNELS), dtype=np.bool_)
         resync, ramp_down = np.zeros((total, OUTPUTS), dtype=np.bool_), np.zeros(total, dtype=np.bool_)
         width = min(self.channels, SEQUENCE_CHANNELS)
@@ -217,7 +225,8 @@ class Sequence:
         if tables.main is not None and tables.enable is not None:
             enable[main, :width] = np.tile(tables.enable[:, :width], (tables.main.repetitions, 1))
         if tables.main is not None and tables.resync is not None:
-            steps, given = len(tables.main.values), tables.resync.shape[1]
+            steps = len(tables.main.values)
+            given = tables.resync.shape[1]
             table = np.zeros((steps, given), dtype=np.bool_)  # of a table that was shorter; the server reads beyond it
             table[: len(tables.resync)] = tables.resync[:steps]
             resync[main, :given] = np.tile(table, (tables.main.repetitions, 1))
@@ -235,7 +244,9 @@ def _as_memory(program: Program, channels: int, step: int = 0) -> Program:
     values, enable = np.zeros((total, SEQUENCE_CHANNELS)), np.ones((total, SEQUENCE_CHANNELS), dtype=np.bool_)
     resync, ramp_down = np.zeros((total, OUTPUTS), dtype=np.bool_), np.zeros(total, dtype=np.bool_)
     steps = min(len(program.values), filled)
-    values[:steps], enable[:steps] = program.values[:steps], program.enable[:steps]
-    resync[:steps], ramp_down[:steps] = program.resync[:steps], program.ramp_down[:steps]
+    values[:steps] = program.values[:steps]
+    enable[:steps] = program.enable[:steps]
+    resync[:steps] = program.resync[:steps]
+    ramp_down[:steps] = program.ramp_down[:steps]
     enable[steps:filled, : min(channels, SEQUENCE_CHANNELS)] = False
     return Program(values, enable, resync, ramp_down, program.samples_per_step, again_from=total - RING)

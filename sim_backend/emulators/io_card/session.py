@@ -1,4 +1,4 @@
-"""The cards of one lab: who has the trigger, and the shot that they play together while any card has it.
+"""The cards of one lab: which have the trigger, and the shot that they play together while any card has it.
 
 The trigger of each card is a level.
 """
@@ -18,7 +18,8 @@ class Cards:
     """All cards of the lab.  Everything here happens with the world's lock held."""
 
     def __init__(self, world: World, options: CardsOptions) -> None:
-        self.world, self.options = world, options
+        self.world = world
+        self.options = options
         self.boards: list[Board] = []
         self.switch_override: bool | None = None
         self.cable = True
@@ -48,7 +49,7 @@ class Cards:
     def changed(self) -> None:
         """Something that is put out changed."""
         if self.shot is not None:
-            self.world.player.replan()
+            self.world.shot_simulator.replan()
         lines = [self._idle_level(line) for line in (self.options.pa_gate, self.options.rx_connect)]
         receive = lines[1] if self.switch_override is None else self.switch_override
         self.world.idle_lines(pa_gate=lines[0], rx_connect=receive)

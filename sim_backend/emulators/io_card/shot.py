@@ -1,7 +1,7 @@
 """The shot that all cards of one lab play and record together, from the first trigger to the last.
 
 While any card has its trigger, the world plays an open-ended shot whose drive is compiled from the histories of the
-cards' registers, and anew whenever a register changes.
+cards' registers, and again whenever a register changes.
 """
 
 from __future__ import annotations
@@ -20,9 +20,11 @@ from sim_backend.world.world import World
 from .options import OUTPUTS, BoardOptions, CardsOptions, LineOptions
 from .playback import Spans, high_spans, output_bursts
 from .registers import BASE_HZ, Registers
-from .tape import Tape
+from .sample_ring import SampleRing
 
-SHORTEST_LEG_S, USUAL_LEG_S, LONGEST_LEG_S = 0.1, 0.5, 2.0
+SHORTEST_LEG_S = 0.1
+USUAL_LEG_S = 0.5
+LONGEST_LEG_S = 2.0
 LONGEST_LEG = 2**21
 AFTER_SEQUENCE_S = 0.25
 
@@ -38,9 +40,6 @@ class Playing(Protocol):
 
     def sequence_stop(self) -> float:
         """Sample after the trigger at which the running sequence ends; 0: there is none, inf: it never does."""
-
-    def muted_from(self) -> float:
-        """Sample of the shot from which on its emergency input holds all at zero, unless something changes."""
 
 
 class Lab(Protocol):
@@ -62,13 +61,13 @@ class Lab(Protocol):
 
 
 class Shot:
-    """One open-ended shot: a `world.Feed`."""
+    """One open-ended shot: a `shot_simulator.SampleSource`."""
 
     def __init__(self, cards: Lab, decimation: int, delay_samples: float) -> None:
         self._cards = cards
         self.clock = SampleClock(BASE_HZ, decimation)
         self.delay_s = delay_samples / self.clock.rate_hz
-        self.tape = Tape()
+        self.sample_ring = SampleRing()
         self.wanted = 0
         self.over = False
         self.follow: list[tuple[int, bool | None]] = [(0, cards.switch_override)]
@@ -81,25 +80,25 @@ class Shot:
     def volts(self, first: int, stop: int) -> NDArray[np.float32]:
         """Samples first..stop, which must have been taken already: (3, stop - first) float32, V."""
         world = self._cards.world
-        world.player.extend(stop)
+        world.shot_simulator.extend(stop)
         while not self.over:
-            leg_first, result = world.player.leg()
-            out = self.tape.read(first, stop)
-            heard = result.heard.volts
-            a, b = max(first, leg_first), min(stop, leg_first + heard.shape[1])
+            leg_first, result = world.shot_simulator.leg()
+            out = self.sample_ring.read(first, stop)
+            received = result.received.volts
+            a, b = max(first, leg_first), min(stop, leg_first + received.shape[1])
             if a < b and not self.over:
-                out[:, a - first : b - first] = heard[:, a - leg_first : b - leg_first]
+                out[:, a - first : b - first] = received[:, a - leg_first : b - leg_first]
             with world.lock:
-                if not self.over and world.player.leg_first() == leg_first:
+                if not self.over and world.shot_simulator.leg_first() == leg_first:
                     return out
-        return self.tape.read(first, stop)
+        return self.sample_ring.read(first, stop)
 
-    def leg_over(self, first_sample: int, result: ShotResult) -> None:
-        """See Feed."""
-        self.tape.add(first_sample, result)
+    def leg_ended(self, first_sample: int, result: ShotResult) -> None:
+        """See SampleSource."""
+        self.sample_ring.add(first_sample, result)
 
     def timeline(self, first_sample: int, samples: int | None = None) -> Timeline:
-        """See Feed."""
+        """See SampleSource."""
         total = self._length(first_sample) if samples is None else samples
         last = first_sample + total
         bursts = [b for card in self._cards.boards for b in self._bursts(card, first_sample, last)]
@@ -111,43 +110,41 @@ class Shot:
         return Timeline(self.clock, tx, switch, total - tx - switch, tuple(bursts), tuple(lines))
 
     def _length(self, first: int) -> int:
-        """As long as somebody wants to read, or the sequences last, within reason; short where lines are switched by
+        """As long as a client reads, or the sequences last, within limits; short where lines are switched by
         command, because every command changes what was computed ahead."""
         rate = self.clock.rate_hz
         options = self._cards.options
         if options.pa_gate.pin() or options.rx_connect.pin():
             return int(SHORTEST_LEG_S * rate)
         ends = [b.offset + b.sequence_stop() + AFTER_SEQUENCE_S * rate for b in self._cards.boards if b.triggered]
-        # A little more than is wanted: whoever ends the shot then need not wait for another leg.
+        # A little more than is read, so that the end of the shot need not wait for another leg.
         read = self.wanted + SHORTEST_LEG_S * rate if self.wanted else 0.0
         known = read or max([e for e in ends if math.isfinite(e)], default=0.0)
         length = known - first if known > first else USUAL_LEG_S * rate
         return int(min(max(length, SHORTEST_LEG_S * rate), LONGEST_LEG_S * rate, LONGEST_LEG))
 
     def _bursts(self, card: Playing, first: int, last: int) -> list[Burst]:
-        end = int(min(last, max(math.ceil(min(card.muted_from(), last)), first)))
-        if not card.history or end <= first:
+        if not card.history:
             return []
         return [
             burst
             for output, axis in enumerate(card.options.outputs)
             if axis
-            for burst in output_bursts(card.history, output, OUTPUTS.index(axis), first, end, self.clock.rate_hz)
+            for burst in output_bursts(card.history, output, OUTPUTS.index(axis), first, last, self.clock.rate_hz)
         ]
 
     def _spans(self, line: LineOptions, first: int, last: int) -> Spans:
-        card, pdm = self._cards.boards[line.board], line.pdm()
+        card = self._cards.boards[line.board]
+        pdm = line.pdm()
         if pdm is not None and pdm >= card.options.slow_outputs:
             return []
         if not card.history:
             high = line.pin() in card.registers.pins
             return [(first, last)] if high else []
-        if pdm is not None:
-            last = min(last, math.ceil(min(card.muted_from(), last)))
-        return high_spans(card.history, line.pin(), pdm, first, last) if first <= last else []
+        return high_spans(card.history, line.pin(), pdm, first, last)
 
     def _connects(self, first: int, last: int) -> Spans:
-        """When the contacts are told to connect the receiver: by the card's line, or by the switch's own controller."""
+        """Spans in which the card's line, or the switch's own controller, connects the receiver."""
         out: Spans = []
         ends = [k for k, _ in self.follow[1:]] + [last]
         for (start, override), end in zip(self.follow, ends, strict=True):

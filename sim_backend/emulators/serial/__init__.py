@@ -1,4 +1,4 @@
-"""Serial devices on pseudo-terminals, as docs/wire-protocols.md describes them.
+"""Serial devices on pseudo-terminals, as docs/reference/wiring.md describes them.
 
 serial_port.py  lines in, one reply line each out, faults of the wire
 switch.py       the Tx/Rx switch's controller

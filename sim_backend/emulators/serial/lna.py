@@ -1,4 +1,4 @@
-"""The serial controller of the low-noise amplifier (docs/wire-protocols.md)."""
+"""The serial controller of the low-noise amplifier (docs/reference/wiring.md)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ class LnaController:
     """One gain for all channels, and an overload latch."""
 
     def __init__(self, world: World, serial: str) -> None:
-        self._world, self._serial = world, serial
+        self._world = world
+        self._serial = serial
 
     def execute(self, line: str) -> str:
         """See SerialDevice."""

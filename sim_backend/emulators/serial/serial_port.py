@@ -40,7 +40,9 @@ class SerialPort:
     def __init__(self, link: Path, device: SerialDevice, faults: WireFaults) -> None:
         if link.is_symlink() or link.exists():
             raise ConfigError("exists already", where=str(link), remedy="name another path, or remove it")
-        self.link, self._device, self._faults = link, device, faults
+        self.link = link
+        self._device = device
+        self._faults = faults
         self._closing, self._closed = os.pipe()
         self._master = self._slave = -1
         self._plug_in()
@@ -83,9 +85,9 @@ class SerialPort:
                     self._answer(line.decode("ascii", "replace").strip())
             except Hangup as fault:
                 os.write(self._master, fault.last)
-                gone = (self._master, self._slave)
+                closed = (self._master, self._slave)
                 self._plug_in()
-                self._let_go(*gone)
+                self._let_go(*closed)
                 pending = b""
 
     def _answer(self, line: str) -> None:

@@ -1,4 +1,4 @@
-"""The serial controller of the Tx/Rx switch (docs/wire-protocols.md)."""
+"""The serial controller of the Tx/Rx switch (docs/reference/wiring.md)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ class SwitchController:
     """Follows the cards' line after power-on, or moves the contacts itself."""
 
     def __init__(self, cards: Cards, serial: str) -> None:
-        self._cards, self._world, self._serial = cards, cards.world, serial
+        self._cards = cards
+        self._world = cards.world
+        self._serial = serial
 
     def execute(self, line: str) -> str:
         """See SerialDevice."""
@@ -43,7 +45,7 @@ class SwitchController:
         target = SwitchPosition.RECEIVE if word == "RX" else SwitchPosition.TRANSMIT
         if contacts.heading() is target and self._world.clock.monotonic_s() < contacts.arrival_s():
             return NOT_NOW
-        return f"{contacts.took.get(target, 0.0):.6f}"
+        return f"{contacts.last_move_s.get(target, 0.0):.6f}"
 
     def _follow(self, on: bool) -> str:
         heading = self._world.contacts().heading() is SwitchPosition.RECEIVE

@@ -25,7 +25,8 @@ class AmplifierScpi:
     """`execute` takes one line and gives the answer, None if the line asks for none.  One caller at a time."""
 
     def __init__(self, world: World, serial: str) -> None:
-        self._world, self._serial = world, serial
+        self._world = world
+        self._serial = serial
         self._errors: deque[str] = deque(maxlen=QUEUE)
         self._table: CommandTable[Callable[[list[str]], Answer]] = CommandTable(
             {

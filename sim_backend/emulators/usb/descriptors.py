@@ -6,7 +6,11 @@ import struct
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
-DEVICE, CONFIGURATION, STRING, INTERFACE, ENDPOINT = 1, 2, 3, 4, 5
+DEVICE = 1
+CONFIGURATION = 2
+STRING = 3
+INTERFACE = 4
+ENDPOINT = 5
 
 _DEVICE = struct.Struct("<BBHBBBBHHHBBBB")
 _DEVICE_NAMES = (

@@ -18,7 +18,7 @@ LONGEST = 1 << 24
 
 
 class Op(IntEnum):
-    """Kinds of transfer; CLAIM and RELEASE stand for what an operating system would do, `endpoint` is the interface."""
+    """Kinds of transfer; CLAIM and RELEASE replace calls of the operating system, `endpoint` is the interface."""
 
     CONTROL = 1
     OUT = 2
@@ -29,10 +29,11 @@ class Op(IntEnum):
 
 
 def receive(link: socket.socket, count: int) -> bytes:
-    """Exactly `count` bytes.  Raises ConnectionError if the other side has gone or `count` is absurd."""
+    """Exactly `count` bytes.  Raises ConnectionError if the peer has closed or `count` is absurd."""
     if count > LONGEST:
         raise ConnectionError(f"a frame of {count} bytes is none")
-    parts, left = [], count
+    parts = []
+    left = count
     while left:
         part = link.recv(left)
         if not part:

@@ -24,8 +24,11 @@ from . import descriptors
 from .frames import REPLY, REQUEST, SETUP, Op, receive
 
 CONNECT_S = 2.0
-GRACE_S = 2.0  # an answer may come this much later than the time-out that the device was told
-GET_DESCRIPTOR, SET_CONFIGURATION, GET_CONFIGURATION, SET_INTERFACE = 6, 9, 8, 11
+GRACE_S = 2.0  # an answer may come this much later than the time-out that was sent to the device
+GET_DESCRIPTOR = 6
+SET_CONFIGURATION = 9
+GET_CONFIGURATION = 8
+SET_INTERFACE = 11
 
 
 class Link:
@@ -73,7 +76,8 @@ class Remote:
     """A device on the socket: its address and its descriptors."""
 
     def __init__(self, host: str, port: int) -> None:
-        self.host, self.port = host, port
+        self.host = host
+        self.port = port
         link = self.connect()
         try:
             self.device = descriptors.device_descriptor(_descriptor(link, descriptors.DEVICE, 0, 18))
@@ -104,7 +108,8 @@ class SocketBackend(usb.backend.IBackend):
     """See usb.backend.IBackend, which documents every method."""
 
     def __init__(self, host: str, port: int) -> None:
-        self._host, self._port = host, port
+        self._host = host
+        self._port = port
 
     def enumerate_devices(self) -> Iterator[Remote]:
         """The one device, or none if nothing listens."""
@@ -153,7 +158,7 @@ class SocketBackend(usb.backend.IBackend):
         dev_handle.control((0x01, SET_INTERFACE, altsetting, intf, 0))
 
     def claim_interface(self, dev_handle: Link, intf: int) -> None:
-        """See IBackend.  Raises USBError EBUSY if somebody else holds it."""
+        """See IBackend.  Raises USBError EBUSY if another program holds it."""
         dev_handle.transfer(Op.CLAIM, intf, b"", 0, 1000)
 
     def release_interface(self, dev_handle: Link, intf: int) -> None:
@@ -171,7 +176,8 @@ class SocketBackend(usb.backend.IBackend):
         buff[: len(answer)] = array("B", answer)
         return len(answer)
 
-    intr_write, intr_read = bulk_write, bulk_read
+    intr_write = bulk_write
+    intr_read = bulk_read
 
     def ctrl_transfer(
         self,

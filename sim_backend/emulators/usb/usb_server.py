@@ -20,7 +20,8 @@ class UsbServer:
     endpoints."""
 
     def __init__(self, device: UsbTmcDevice, host: str, port: int, faults: WireFaults) -> None:
-        self._device, self._faults = device, faults
+        self._device = device
+        self._faults = faults
         self._lock = threading.Lock()
         self._owner: socket.socket | None = None
         self._asked = ""

@@ -7,12 +7,22 @@ import struct
 from dataclasses import dataclass
 from typing import Protocol
 
-OUT_ENDPOINT, IN_ENDPOINT, PACKET = 0x01, 0x82, 512
-MESSAGE_OUT, REQUEST_IN = 1, 2
+OUT_ENDPOINT = 0x01
+IN_ENDPOINT = 0x82
+PACKET = 512
+MESSAGE_OUT = 1
+REQUEST_IN = 2
 HEADER = struct.Struct("<BBBBIB3x")
-DONE, NOT_IN_PROGRESS = 0x01, 0x81
-GET_STATUS, CLEAR_FEATURE, GET_DESCRIPTOR, GET_CONFIGURATION, SET_CONFIGURATION, SET_INTERFACE = 0, 1, 6, 8, 9, 11
-TYPE_MASK, CLASS = 0x60, 0x20
+DONE = 0x01
+NOT_IN_PROGRESS = 0x81
+GET_STATUS = 0
+CLEAR_FEATURE = 1
+GET_DESCRIPTOR = 6
+GET_CONFIGURATION = 8
+SET_CONFIGURATION = 9
+SET_INTERFACE = 11
+TYPE_MASK = 0x60
+CLASS = 0x20
 LONGEST_MESSAGE = 1 << 20
 
 
@@ -50,13 +60,16 @@ class UsbTmcDevice:
     """One USBTMC function.  `control`, `bulk_out` and `bulk_in` are the transfers of the host; one caller at a time."""
 
     def __init__(self, identity: UsbIdentity, instrument: Instrument) -> None:
-        self.identity, self._instrument = identity, instrument
+        self.identity = identity
+        self._instrument = instrument
         self._configured = 0
         self.clear()
 
     def clear(self) -> None:
-        """Forget half messages and answers nobody fetched."""
-        self._message, self._answer, self._in = b"", b"", b""
+        """Discard incomplete messages and answers that were not fetched."""
+        self._message = b""
+        self._answer = b""
+        self._in = b""
         self._expected = 0
         self._tag: int | None = None  # of a request that is not served to its end
         self._cut = False  # an aborted transfer still has to end with a short packet
@@ -76,7 +89,8 @@ class UsbTmcDevice:
         if tag == 0 or tag ^ inverse != 0xFF or size > LONGEST_MESSAGE:
             raise Stall
         if kind == MESSAGE_OUT:
-            self._expected, self._ends = size, bool(attributes & 1)
+            self._expected = size
+            self._ends = bool(attributes & 1)
             self._take(data[HEADER.size :])
         elif kind == REQUEST_IN:
             self._offer(tag, size)
@@ -85,10 +99,12 @@ class UsbTmcDevice:
 
     def _take(self, data: bytes) -> None:
         part = data[: self._expected]
-        self._message, self._expected = self._message + part, self._expected - len(part)
+        self._message = self._message + part
+        self._expected = self._expected - len(part)
         if self._expected == 0 and self._ends:
-            lines, self._message = self._message.decode("ascii", "replace").splitlines(), b""
-            self._answer = b""  # an answer nobody asked for is lost when the next message comes
+            lines = self._message.decode("ascii", "replace").splitlines()
+            self._message = b""
+            self._answer = b""  # an answer that was not fetched is lost when the next message comes
             for line in lines:
                 if (answer := self._instrument.execute(line)) is not None:
                     self._answer += answer.encode("ascii", "replace") + b"\n"
@@ -97,7 +113,8 @@ class UsbTmcDevice:
         self._tag = tag
         if not self._answer:
             return  # the read that follows will time out
-        part, self._answer = self._answer[:room], self._answer[room:]
+        part = self._answer[:room]
+        self._answer = self._answer[room:]
         head = HEADER.pack(REQUEST_IN, tag, tag ^ 0xFF, 0, len(part), int(not self._answer))
         self._in = head + part + bytes(-len(part) % 4)
 
@@ -110,7 +127,8 @@ class UsbTmcDevice:
             return b""
         if not self._in:
             return None
-        part, self._in = self._in[:room], self._in[room:]
+        part = self._in[:room]
+        self._in = self._in[room:]
         self._tag = self._tag if self._in else None
         return part
 

@@ -1,10 +1,10 @@
 """Equations of motion of the rigid rotor with five degrees of freedom, as numba kernels.
 
-Everything is written in the resonator's own axes u, v, w (fig:mmr-definitions): origin at the stator's nominal place,
-w along the nominal main axis, -u along the nominal stator moment.  SI throughout.  Both bearings hold one point of the
-rotor on a sphere of radius L about the anchor A, at A - L n: the thread its end on the rotor's surface (L: its length),
-the jewel the rotor's centre (L = R - r, paper sec. ssec:manufacturing_errors_side_modes).  So the state of both is n,
-n', the orientation of the rotor as a quaternion, and its angular velocity.
+All vectors are in the resonator's own axes u, v, w (fig:mmr-definitions): origin at the stator's nominal position, w
+along the nominal main axis, -u along the nominal stator moment.  SI throughout.  Both bearings constrain one point of
+the rotor to a sphere of radius L about the anchor A, at A - L n: the thread its end on the rotor's surface (L: its
+length), the jewel the rotor's centre (L = R - r, paper sec. ssec:manufacturing_errors_side_modes).  So the state of
+both is n, n', the orientation of the rotor as a quaternion, and its angular velocity.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MASS, INERTIA, LINK, ARM = 1, 2, 3, 4  # kg, kg m^2, L m, r m (thread: from the 
 ANCHOR, STATOR = 5, 8  # m
 STATOR_MOMENT, BODY_MOMENT = 11, 14  # A m^2; in u, v, w; in the body
 WEIGHT = 17  # N
-DAMPING, SIDE_DAMPING = 20, 21  # 1/s: amplitudes die with lambda (eq:lambda) and with this
+DAMPING, SIDE_DAMPING = 20, 21  # 1/s: amplitude decay of the main mode, lambda (eq:lambda), and of the side modes
 MU, HERTZ, SLOWEST_SLIP, SLOWEST_SPIN = 22, 23, 24, 25  # 1, m/N^(1/3), m/s, rad/s
 BACK = 26  # T^2/(A V), (3, 3) of the closed loops by rows: back-action
 SLOTS = 35
@@ -104,7 +104,7 @@ def magnetic(tau, y, p, terms, c0, c1, c2):  # type: ignore[no-untyped-def]
 
 @kernel
 def _thread(tau, y, p, terms, out):  # type: ignore[no-untyped-def]
-    """n'' and omega' on a massless rigid thread between ball joints, into out (STATES,)."""
+    """Write n'' and omega' on a massless rigid thread between ball joints into out (STATES,)."""
     link, arm, mass, inertia = p[3], p[4], p[1], p[2]
     n0, n1, n2 = y[0], y[1], y[2]
     w0, w1, w2 = y[10], y[11], y[12]
@@ -144,9 +144,9 @@ def _thread(tau, y, p, terms, out):  # type: ignore[no-untyped-def]
 def contact(load, slip, spin, p):  # type: ignore[no-untyped-def]
     """Friction of the Hertz contact: force per slip velocity (N s/m) and torque per spin (N m s), both >= 0.
 
-    load N, slip m/s, spin rad/s, both >= 0.  Zhuravlev's Pade form of the Hertz contact that slides and spins at the
-    same time; its limit without slip is eq:tf(phi), without spin Coulomb's law.  The two slowest speeds stand in for
-    rest: below them the contact creeps.
+    load, N; slip, m/s; spin, rad/s, both >= 0.  This is Zhuravlev's Pade approximation of a Hertz contact that slides
+    and spins at the same time; its limit without slip is eq:tf(phi), without spin Coulomb's law.  The two slowest
+    speeds regularise rest: below them the contact creeps.
     """
     if load <= 0.0 or p[22] == 0.0:
         return 0.0, 0.0
@@ -159,7 +159,7 @@ def contact(load, slip, spin, p):  # type: ignore[no-untyped-def]
 
 @kernel
 def _jewel(tau, y, p, terms, out):  # type: ignore[no-untyped-def]
-    """n'' and omega' of the sphere that rolls, slips and spins in its cup, into out (STATES,)."""
+    """Write n'' and omega' of the sphere that rolls, slips and spins in its cup into out (STATES,)."""
     link, arm, mass, inertia = p[3], p[4], p[1], p[2]
     n0, n1, n2 = y[0], y[1], y[2]
     w0, w1, w2 = y[10], y[11], y[12]
@@ -186,7 +186,7 @@ def _jewel(tau, y, p, terms, out):  # type: ignore[no-untyped-def]
 
 @kernel
 def rates(tau, y, p, terms, out):  # type: ignore[no-untyped-def]
-    """d/dt of the state y (STATES,) into out; tau: s on the time axis of the field terms (n, 6)."""
+    """Write d/dt of the state y (STATES,) into out; tau: time on the axis of the field terms (n, 6), s."""
     for i in range(3):
         out[i] = y[3 + i]
     a, b, c, d = y[6], y[7], y[8], y[9]
@@ -203,7 +203,7 @@ def rates(tau, y, p, terms, out):  # type: ignore[no-untyped-def]
 
 @kernel
 def project(y: NDArray[np.float64]) -> None:
-    """Put n and the quaternion back on length 1, and n' at right angles to n, in place."""
+    """Normalise n and the quaternion and make n' perpendicular to n, in place."""
     size = sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2])
     for i in range(3):
         y[i] /= size

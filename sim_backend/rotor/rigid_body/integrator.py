@@ -1,7 +1,7 @@
 """One step of the explicit Runge-Kutta method of order 8(5,3) of Hairer, Norsett and Wanner (DOP853) with dense output.
 
-Explicit, because the friction of the contact is stiff only for the moments at which the spin turns round; there the
-error estimate makes the steps short by itself.  The tables are scipy's.
+The method is explicit because the friction of the contact is stiff only while the spin reverses, where the error
+estimate shortens the steps.  The tables are those of scipy.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ E3, E5, D = np.array(DOP853.E3), np.array(DOP853.E5), np.array(DOP853.D)
 
 @kernel
 def _stage(row, tau, h, y, p, terms, k, work):  # type: ignore[no-untyped-def]
-    """Row `row` of k, (LAST, STATES): the rates at that stage."""
+    """Write the rates at stage `row` into that row of k (LAST, STATES)."""
     for i in range(STATES):
         work[i] = y[i]
     for j in range(row):
@@ -41,7 +41,7 @@ def _stage(row, tau, h, y, p, terms, k, work):  # type: ignore[no-untyped-def]
 
 @kernel
 def attempt(tau, h, y, p, terms, scale, k, work, end):  # type: ignore[no-untyped-def]
-    """A step of length h from y, into end (STATES,); returns its error over the tolerance.
+    """Write a step of length h from y into end (STATES,); return its error relative to the tolerance.
 
     k: (LAST, STATES), row 0 holds the rates at y; scale: (STATES,) tolerance of each component; work: (STATES,).
     """
@@ -70,9 +70,9 @@ def attempt(tau, h, y, p, terms, scale, k, work, end):  # type: ignore[no-untype
 
 @kernel
 def prepare_dense(tau, h, y, end, p, terms, k, work, dense):  # type: ignore[no-untyped-def]
-    """Coefficients of the polynomial between y and end for `orientation_at`, into dense (ROWS, STATES).
+    """Write the coefficients of the polynomial between y and end for `orientation_at` into dense (ROWS, STATES).
 
-    Row 12 of k holds the rates at the end.
+    Row 12 of k contains the rates at the end.
     """
     for row in range(FIRST, LAST):
         _stage(row, tau, h, y, p, terms, k, work)
@@ -93,7 +93,7 @@ def prepare_dense(tau, h, y, end, p, terms, k, work, dense):  # type: ignore[no-
 
 @kernel
 def orientation_at(x: float, y: NDArray[np.float64], dense: NDArray[np.float64], out: NDArray[np.float64]) -> None:
-    """Quaternion and angular velocity at the fraction x of the step, into their places of out (STATES,)."""
+    """Write quaternion and angular velocity at the fraction x of the step into their places of out (STATES,)."""
     for i in range(Q, STATES):
         total = 0.0
         for row in range(ROWS - 1, -1, -1):

@@ -11,12 +11,15 @@ from .acceleration import ARM, INERTIA, JEWEL, LINK, MASS, MU
 from .rest import COORDINATES, acceleration, moved, with_speed
 
 STEP = 1e-4  # rad, of the differences
-MAIN = 4  # coordinate: turn about n
+MAIN = 4  # coordinate: rotation about n
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Mode:
-    """One mode: Hz, decay of its amplitude 1/s, shape (5,) complex of the coordinates of `rest` at largest 1."""
+    """One mode.
+
+    frequency_hz; decay_per_s: of the amplitude; shape: (5,) complex, coordinates of `rest`, the largest 1.
+    """
 
     frequency_hz: float
     decay_per_s: float
@@ -25,16 +28,17 @@ class Mode:
 
 @dataclass(frozen=True)
 class Modes:
-    """The mode that turns most about the axis of rotation, and all others, by rising frequency."""
+    """The mode with the largest share of rotation about the axis, and all others by ascending frequency."""
 
     main: Mode
     sides: tuple[Mode, ...]
 
 
 def modes(rest: NDArray[np.float64], p: NDArray[np.float64], *, rolling: bool | None = None) -> Modes:
-    """Modes about a state of rest (STATES,); rolling: a jewel's rotor rolls without slip, None: if there is friction.
+    """Modes about an equilibrium (STATES,) with parameters p (SLOTS,).
 
-    Dry friction, which small motions of the main mode would not overcome, is left aside.
+    rolling: a jewel's rotor rolls without slip; None: it does so if there is friction.  Dry friction, which small
+    motions of the main mode would not overcome, is neglected.
     """
     smooth = p.copy()
     smooth[MU] = 0.0
@@ -49,7 +53,9 @@ def modes(rest: NDArray[np.float64], p: NDArray[np.float64], *, rolling: bool | 
     for k in sorted(keep, key=lambda k: values[k].imag):
         shape = to_all @ vectors[:size, k]
         biggest = shape[np.argmax(np.abs(shape))]
-        found.append(Mode(values[k].imag / (2 * np.pi), -values[k].real, shape / biggest))
+        found.append(
+            Mode(frequency_hz=values[k].imag / (2 * np.pi), decay_per_s=-values[k].real, shape=shape / biggest)
+        )
     weight = np.array([p[MASS] * p[LINK] ** 2] * 2 + [p[INERTIA]] * 3)
     shares = [weight[MAIN] * abs(m.shape[MAIN]) ** 2 / (weight @ np.abs(m.shape) ** 2) for m in found]
     main = int(np.argmax(shares))
@@ -70,7 +76,7 @@ def _jacobians(rest: NDArray[np.float64], p: NDArray[np.float64]) -> tuple[NDArr
 def _kinematics(p: NDArray[np.float64], rolling: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Matrices from the free coordinates to all five, (5, k), and from forces on all to the free ones, (k, 5).
 
-    Rolling: -L n' = r omega x n, so the rotor turns by -L/r times the turn of n.
+    Rolling: -L n' = r omega x n, so the rotor rotates by -L/r times the rotation of n.
     """
     if not rolling:
         return np.eye(COORDINATES), np.eye(COORDINATES)

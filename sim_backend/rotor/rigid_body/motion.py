@@ -1,4 +1,4 @@
-"""Marches the rigid rotor through time and leaves the pieces that the receive side reads."""
+"""Integrates the motion of the rigid rotor in pieces, which the receive side evaluates."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import DeviceError
-from sim_backend.rotor.collocation import NODES, C, to_powers
+from sim_backend.rotor.collocation import C, to_powers
 from sim_backend.rotor.kernel import kernel
-from sim_backend.rotor.motion import PIECE_SLOTS, Motion
+from sim_backend.rotor.pieces import NODES, PIECE_SLOTS, Motion
 
 from .acceleration import JEWEL, N_DOT, OMEGA, STATES, Q, project, rates, turned
 from .integrator import LAST, ROWS, attempt, orientation_at, prepare_dense
 
-# A piece is one of `rotor.motion` with the powers of g_w behind it; dm/dt = m_r (g_u e_u + g_v e_v + g_w e_w).
+# A piece is one of `rotor.motion` followed by the powers of g_w; dm/dt = m_r (g_u e_u + g_v e_v + g_w e_w).
 G_W = PIECE_SLOTS
 RIGID_PIECE_SLOTS = PIECE_SLOTS + NODES
 
@@ -24,8 +24,8 @@ STEP_ANGLE_RAD = 0.2
 TOLERANCE, SIDE_TOLERANCE = 1e-11, 1e-9  # of 1 for directions, of omega_nat for speeds, per step
 SHORTEST_S = 1e-13
 FIRST_STEP_S = 1e-6
-STILL = 3.0  # times the slowest spin: a contact that only creeps
-MOST_STEPS = 400  # times as many steps as a free swing needs
+STILL = 3.0  # times the slowest spin: a slower contact counts as creeping
+MOST_STEPS = 400  # limit of the steps, as a multiple of those of a free swing
 NO_FIELD = np.zeros((0, 6))
 
 
@@ -58,7 +58,7 @@ def _store(row, start, h, y, p, dense, work, nodal, powers):  # type: ignore[no-
 
 @kernel
 def _is_still(y, rate, p, omega):  # type: ignore[no-untyped-def]
-    """True if friction holds a jewel's rotor: it only creeps."""
+    """True if friction holds a jewel's rotor, which then only creeps."""
     if p[0] == 0.0 or p[22] == 0.0:
         return False
     slow = STILL * p[25]
@@ -115,7 +115,7 @@ def march(start, end, origin, h, omega, y, p, terms, scale, pieces, count):  # t
 
 
 def tolerances(omega_rad_per_s: float) -> NDArray[np.float64]:
-    """Error per step that each component of the state may have: (STATES,) float64."""
+    """Tolerated error per step of each component of the state: (STATES,) float64."""
     scale = np.full(STATES, SIDE_TOLERANCE)
     scale[[Q, Q + 3, OMEGA + 2]] = TOLERANCE  # turns about w
     scale[N_DOT:Q] *= omega_rad_per_s
@@ -131,20 +131,31 @@ def move(
     omega_rad_per_s: float,
     terms: NDArray[np.float64] = NO_FIELD,
 ) -> Motion:
-    """Integrate a state (STATES,) from `start_s` to `stop_s`; field terms (n, 6) count time from `start_s`.
+    """The motion of a state (STATES,) from `start_s` to `stop_s`, s.
 
-    p: see `acceleration`; omega_rad_per_s: of the main mode, for the longest step.  The state at the end is `hidden` of
-    the result, (STATES,); its pieces have RIGID_PIECE_SLOTS, phi is the angle of the moment about w.
-    Raises DeviceError if the motion cannot be followed.
+    p: see `acceleration`; omega_rad_per_s: of the main mode, limits the step; terms: of the field, (n, 6), times from
+    `start_s`.  `internal_state` of the result is the state at the end, (STATES,); its pieces have RIGID_PIECE_SLOTS,
+    phi is the angle of the moment about w.  Raises DeviceError if the step becomes too small.
     """
     rows = int((stop_s - start_s) * omega_rad_per_s / STEP_ANGLE_RAD * (8.0 if p[JEWEL] else 1.2)) + 64
-    pieces, y, t, h, count = np.empty((rows, RIGID_PIECE_SLOTS)), state.copy(), start_s, FIRST_STEP_S, 0
-    scale, most = tolerances(omega_rad_per_s), MOST_STEPS * rows
+    pieces = np.empty((rows, RIGID_PIECE_SLOTS))
+    y = state.copy()
+    t = start_s
+    h = FIRST_STEP_S
+    count = 0
+    scale = tolerances(omega_rad_per_s)
+    most = MOST_STEPS * rows
     while True:
         reason, t, h, count, stuck = march(t, stop_s, start_s, h, omega_rad_per_s, y, p, terms, scale, pieces, count)
         if reason == FINISHED:
             phi, phi_dot, *_ = azimuth(y, p)
-            return Motion(pieces[:count].copy(), phi, phi_dot, stuck, y)
+            return Motion(
+                pieces=pieces[:count].copy(),
+                phi_rad=phi,
+                phi_dot_rad_per_s=phi_dot,
+                stuck=stuck,
+                internal_state=y,
+            )
         if reason == STEP_TOO_SMALL or not np.all(np.isfinite(y)) or len(pieces) > most:
             raise DeviceError(
                 "the simulated rotor's motion cannot be followed",

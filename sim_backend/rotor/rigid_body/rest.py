@@ -1,7 +1,7 @@
-"""Where the rigid rotor hangs at rest, and small motions about that place.
+"""Equilibrium of the rigid rotor, and coordinates of small motions about it.
 
-Coordinates of small motions, (5,) float64: turns of n about the two axes at right angles to it, and three of the rotor,
-all in the frame whose third axis is n at rest.
+The coordinates, (5,) float64, are rotations of n about the two axes perpendicular to it, and three rotations of the
+rotor, all in the frame whose third axis is n at rest.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from drivers.errors import ConfigError
 from .acceleration import BODY_MOMENT, DAMPING, MU, N_DOT, OMEGA, SIDE_DAMPING, STATES, N, Q, rates
 from .motion import NO_FIELD
 
-FARTHEST = 0.8  # of a turn of n, rad
+FARTHEST = 0.8  # of a rotation of n, rad
 BALANCED = 1e-6  # of omega_nat^2: largest acceleration at rest
 COORDINATES = 5
 
@@ -29,7 +29,7 @@ def straight() -> NDArray[np.float64]:
 
 
 def frame(y: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, 3) float64: columns are two axes at right angles to n, the first as near to u as can be, and n."""
+    """(3, 3) float64: columns are two axes perpendicular to n, the first the nearest to u, and n."""
     n = y[N : N + 3]
     first = np.array([1.0, 0.0, 0.0]) - n[0] * n
     first /= np.linalg.norm(first)
@@ -37,7 +37,7 @@ def frame(y: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def moved(y: NDArray[np.float64], small: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The state (STATES,) at rest beside y, by coordinates (5,)."""
+    """The state (STATES,) without speed at coordinates `small` (5,) about y."""
     axes = frame(y)
     out = np.zeros(STATES)
     out[N : N + 3] = Rotation.from_rotvec(axes[:, :2] @ small[:2]).apply(y[N : N + 3])
@@ -72,9 +72,9 @@ def frictionless(p: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def rest_state(p: NDArray[np.float64], omega_rad_per_s: float) -> NDArray[np.float64]:
-    """The state (STATES,) in which nothing pulls, friction left aside.  Raises ConfigError if there is none nearby.
+    """The state of equilibrium (STATES,), friction neglected.  Raises ConfigError if there is none nearby.
 
-    A jewel's rotor may turn about its own moment as it likes: of these places the one nearest to the straight one.
+    A jewel's rotor is free to rotate about its own moment; of these equilibria the nearest to `straight` is returned.
     """
     smooth, start = frictionless(p), straight()
 
@@ -95,9 +95,9 @@ def rest_state(p: NDArray[np.float64], omega_rad_per_s: float) -> NDArray[np.flo
 def distance_from_rest(
     y: NDArray[np.float64], rest: NDArray[np.float64], p: NDArray[np.float64], omega_rad_per_s: float
 ) -> float:
-    """How far a state is from rest: the largest angle, rad, by which n or the moment stands or swings away."""
+    """Distance of a state from rest: the largest angle, rad, by which n or the moment deviates or will swing."""
     moment = p[BODY_MOMENT : BODY_MOMENT + 3] / np.linalg.norm(p[BODY_MOMENT : BODY_MOMENT + 3])
     here, there = (Rotation.from_quat(s[Q:OMEGA], scalar_first=True).apply(moment) for s in (y, rest))
-    stands = max(float(np.abs(y[N : N + 3] - rest[N : N + 3]).max()), float(np.abs(here - there).max()))
-    swings = max(float(np.abs(y[N_DOT:Q]).max()), float(np.abs(y[OMEGA:]).max())) / omega_rad_per_s
-    return max(stands, swings)
+    deviation = max(float(np.abs(y[N : N + 3] - rest[N : N + 3]).max()), float(np.abs(here - there).max()))
+    swing = max(float(np.abs(y[N_DOT:Q]).max()), float(np.abs(y[OMEGA:]).max())) / omega_rad_per_s
+    return max(deviation, swing)

@@ -5,5 +5,5 @@ datasets: measured angles and simulated dm/dt, each with its split; simulated: s
 states: angle, velocity and acceleration, as the peers that need derivatives get them.
 score: one uninterrupted simulation by scipy, its start fitted to the training part: the same code for every row.
 viscous, sindy, weak_form, operon, narmax, neural, ours: the rows.
-routes: all rows by name; page: docs/peers.md.
+routes: all rows by name; page: docs/evidence/peers.md.
 """

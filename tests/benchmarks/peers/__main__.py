@@ -1,4 +1,4 @@
-"""`make peers`: every tool on every dataset, with one thread; writes docs/peers.md.
+"""`make peers`: every tool on every dataset, with one thread; writes docs/evidence/peers.md.
 
 python -m tests.benchmarks.peers --only r1 --routes "viscous floor,ours" --journal peers.jsonl
 """
@@ -32,14 +32,14 @@ def peers(
     chosen: Annotated[str, typer.Option("--routes", help="Rows, with commas; default: all.")] = "",
     shots: Annotated[int, typer.Option(min=0, help="Simulated shots.")] = 20,
     journal: Annotated[Path, typer.Option(help="Finished rows, which are not run again.")] = Path("peers.jsonl"),
-    page: Annotated[Path, typer.Option(help="The page that is written.")] = ROOT / "docs" / "peers.md",
+    page: Annotated[Path, typer.Option(help="The page that is written.")] = ROOT / "docs" / "evidence" / "peers.md",
 ) -> None:
     """Run what the journal does not hold, then write the page."""
     one_thread()
-    from .datasets import Task, measured
-    from .page import document
-    from .routes import SHOT_BOXES, TRUE, Boxes, Row, measure, routes
-    from .simulated import simulated
+    from tests.benchmarks.peers.datasets import Task, measured
+    from tests.benchmarks.peers.page import document
+    from tests.benchmarks.peers.routes import SHOT_BOXES, TRUE, Boxes, Row, measure, routes
+    from tests.benchmarks.peers.simulated import simulated
 
     def row(line: str) -> Row:
         held: dict[str, Any] = {n: tuple(v) if isinstance(v, list) else v for n, v in json.loads(line).items()}

@@ -11,11 +11,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from platform_daemon.estimation.numerics.arrays import Array
-
-from .datasets import Record, Task
-from .score import Motion, Score, score_motion, scored_samples
-from .sindy import overview
-from .states import states_of
+from tests.benchmarks.peers.datasets import Record, Task
+from tests.benchmarks.peers.score import Motion, Score, score_motion, scored_samples
+from tests.benchmarks.peers.sindy import overview
+from tests.benchmarks.peers.states import states_of
 
 PER_PERIOD, LAGS, DEGREE, CANDIDATES = 30, 5, 3, 15
 SETTINGS = (

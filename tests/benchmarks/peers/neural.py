@@ -11,11 +11,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from platform_daemon.estimation.numerics.arrays import Array
-
-from .columns import Model
-from .datasets import Task
-from .sindy import overview
-from .states import states_of
+from tests.benchmarks.peers.columns import Model
+from tests.benchmarks.peers.datasets import Task
+from tests.benchmarks.peers.sindy import overview
+from tests.benchmarks.peers.states import states_of
 
 HIDDEN, PER_PERIOD, WINDOW_PERIODS, WINDOWS, RATE, SEED = 16, 100, 2.5, 64, 5e-3, 0
 SETTINGS = (

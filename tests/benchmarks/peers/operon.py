@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
-
-from .columns import Model, scaled
-from .datasets import Task
-from .sindy import columns, physical, scaled_states
-from .viscous import fit_declared
+from tests.benchmarks.peers.columns import Model, scaled
+from tests.benchmarks.peers.datasets import Task
+from tests.benchmarks.peers.sindy import columns, physical, scaled_states
+from tests.benchmarks.peers.viscous import fit_declared
 
 LENGTH, SEED, POINTS = 25, 1, 4000
 SETTINGS = (

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from .columns import COLUMNS, Model, Torque, model_of, smooth_sign
-from .datasets import Task, write_angles, write_dmdt
-from .sindy import overview
+from tests.benchmarks.peers.columns import COLUMNS, Model, Torque, model_of, smooth_sign
+from tests.benchmarks.peers.datasets import Task, write_angles, write_dmdt
+from tests.benchmarks.peers.sindy import overview
 
 SETTINGS = (
     "`platform-daemon diagnose FILES --json FILE` on the training part written as files, no other option, in a "

@@ -1,4 +1,4 @@
-"""docs/peers.md: a table per measured record, one of all simulated shots, every setting and seed."""
+"""docs/evidence/peers.md: a table per measured record, one of all simulated shots, every setting and seed."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from statistics import median
 
-from . import simulated
-from .columns import LIBRARY
-from .datasets import R4_UNTIL_S, START, TRAIN, measured
-from .routes import SHOT_BOXES, TRUE, Boxes, Row, routes
+from tests.benchmarks.peers import simulated
+from tests.benchmarks.peers.columns import LIBRARY
+from tests.benchmarks.peers.datasets import R4_UNTIL_S, START, TRAIN, measured
+from tests.benchmarks.peers.routes import SHOT_BOXES, TRUE, Boxes, Row, routes
 
 PACKAGES = ("pysindy", "pyoperon", "sysidentpy", "jax", "optax", "scikit-learn", "scipy", "numpy")
 _RECORDS = {
@@ -125,7 +125,8 @@ def _simulated(routes_: Sequence[str], by: dict[tuple[str, str], Row], shots: Se
     return (
         f"## {len(shots)} simulated shots, dm/dt, a hidden effect or none\n\n{_HIDDEN}\n\n"
         f"{_table(_SUMMARY, summary)}\n\n"
-        "Held-out error shot by shot; strengths in the units of [configuration.md](configuration.md).\n\n"
+        "Held-out error shot by shot; strengths in the units of [the list of effects]"
+        "(../reference/configuration.md#effects-that-the-simulated-world-hides).\n\n"
         f"{_table(('shot', 'variant', 'hidden', 'strength', *routes_, 'ours names'), single)}"
     )
 
@@ -147,7 +148,7 @@ def _summary(rows: Sequence[Row], truth: Mapping[str, Sequence[str]]) -> tuple[s
 
 _HIDDEN = f"""Made by `sim_backend`, thread (2 s) and jewel (1 s) in turn, noise of the paper; effect and strength drawn
 with seed {simulated.SEED} (`simulated.py`): {simulated.SIGMA[0]:g} to {simulated.SIGMA[1]:g} times the
-standard deviation with which one shot of 2 and 1.6 s shows the effect. The peers are told R and m_r as
+standard deviation with which one shot of 2 and 1.6 s shows the effect. The peers are given R and m_r as
 `platform-daemon fit` finds them, and get phi by trapezoidal integration, a 40 Hz high-pass and a 2.5 kHz
 low-pass, both without phase. Every second sample of the thread's shots is scored; the error cannot fall
 below that of the true model, which is noise. Named exactly: the hidden effect and nothing else (nothing where there is

@@ -9,15 +9,17 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from . import narmax, neural, operon, ours, sindy, viscous, weak_form
-from .columns import Model, effects_named
-from .datasets import Task
-from .score import Score, score
+from tests.benchmarks.peers import narmax, neural, operon, ours, sindy, viscous, weak_form
+from tests.benchmarks.peers.columns import Model, effects_named
+from tests.benchmarks.peers.datasets import Task
+from tests.benchmarks.peers.score import Score, score
 
 FLOOR, TRUE, OURS = "viscous floor", "true model", "ours"
 
 REFITTED = ("PySINDy physical columns refitted", "weak form refitted")
-_REFITTED = "its terms beside the declared ones, all coefficients anew as the floor finds its own: two tools in a row"
+_REFITTED = (
+    "its terms beside the declared ones, all coefficients fitted again as the floor finds its own: two tools in a row"
+)
 
 
 @dataclass(frozen=True)

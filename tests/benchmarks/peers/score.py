@@ -16,10 +16,9 @@ from scipy.integrate import ODEintWarning, odeint
 from scipy.optimize import least_squares
 
 from platform_daemon.estimation.numerics.arrays import Array
-
-from .columns import Model
-from .datasets import Record, Task
-from .states import states_of
+from tests.benchmarks.peers.columns import Model
+from tests.benchmarks.peers.datasets import Record, Task
+from tests.benchmarks.peers.states import states_of
 
 _FIT_POINTS = 6000  # samples of the training part at most, evenly spaced
 _SCORE_POINTS = 60000

@@ -13,9 +13,8 @@ import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
+from tests.benchmarks.peers.datasets import TRAIN, Record, Task, split_in_time, write_dmdt
 from tests.kit.undeclared_shots import shots_with
-
-from .datasets import TRAIN, Record, Task, split_in_time, write_dmdt
 
 SEED = 2026
 SECONDS = {"thread": 2.0, "jewel": 1.0}  # a jewel rests after little more

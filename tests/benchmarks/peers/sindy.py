@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
-
-from .columns import COLUMNS, LIBRARY, Model, model_of, scaled
-from .datasets import Task
-from .states import States, states_of
+from tests.benchmarks.peers.columns import COLUMNS, LIBRARY, Model, model_of, scaled
+from tests.benchmarks.peers.datasets import Task
+from tests.benchmarks.peers.states import States, states_of
 
 SHIPPED = (
     "SINDy(STLSQ() as it comes: threshold 0.1, alpha 0.05), the ten columns, on phi, phi' and phi'' by "

@@ -10,8 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 from platform_daemon.estimation.numerics.arrays import Array
-
-from .datasets import Record
+from tests.benchmarks.peers.datasets import Record
 
 _ORDER = 5
 _ANGLE_WINDOW = 0.1  # of a period: 79 samples at 1 kHz and 1.27 Hz

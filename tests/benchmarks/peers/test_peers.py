@@ -24,6 +24,7 @@ def pendulum(seconds: float, zero: float = 0.02, **losses: float) -> Record:
     return Record("made", time_s, motion.phi[None] + zero)
 
 
+@pytest.mark.long
 def test_the_floor_of_r1_is_that_of_others():
     task = measured()["r1"]
     found = score(fit_declared(task), task)

@@ -11,11 +11,10 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from platform_daemon.estimation.numerics.arrays import Array
-
-from .columns import COLUMNS, Model, model_of
-from .datasets import Record, Task
-from .score import STEP, first_state, residual, shares
-from .states import states_of
+from tests.benchmarks.peers.columns import COLUMNS, Model, model_of
+from tests.benchmarks.peers.datasets import Record, Task
+from tests.benchmarks.peers.score import STEP, first_state, residual, shares
+from tests.benchmarks.peers.states import states_of
 
 SETTINGS = (
     "scipy.optimize.least_squares (trust region, relative steps 1e-5) of frequency, viscous damping (and the jewel's "

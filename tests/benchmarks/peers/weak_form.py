@@ -12,10 +12,9 @@ import math
 import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
-
-from .columns import COLUMNS, LIBRARY, Model, model_of, scaled
-from .datasets import Task
-from .sindy import overview, physical, scaled_states, sparse
+from tests.benchmarks.peers.columns import COLUMNS, LIBRARY, Model, model_of, scaled
+from tests.benchmarks.peers.datasets import Task
+from tests.benchmarks.peers.sindy import overview, physical, scaled_states, sparse
 
 PERIODS, STEP, THRESHOLD = 3.0, 0.25, 0.05
 CONSERVATIVE = ("sine", "cubic_restoring", "bias_torque")

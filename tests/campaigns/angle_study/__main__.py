@@ -11,12 +11,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from .cases import CASES
-from .command import Command
-from .journal import finished, keep
-from .page import document, row
-from .record import record_of, written
-from .score import case_names, scored
+from tests.campaigns.angle_study.cases import CASES
+from tests.campaigns.angle_study.command import Command
+from tests.campaigns.angle_study.journal import finished, keep
+from tests.campaigns.angle_study.page import document, row
+from tests.campaigns.angle_study.record import record_of, written
+from tests.campaigns.angle_study.score import case_names, scored
 
 
 def main() -> int:

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from .motion import Array, reading, vector
-from .record import write_angle
+from tests.campaigns.angle_study.motion import Array, reading, vector
+from tests.campaigns.angle_study.record import write_angle
 
 _RATE_HZ, _DURATION_S = 500.0, 20.0
 _QUANTUM, _WHITE = math.pi / 2**12, 4e-4

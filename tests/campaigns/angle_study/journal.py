@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from .score import Score
+from tests.campaigns.angle_study.score import Score
 
 
 def finished(journal: Path | None, seed: int) -> dict[int, Score]:

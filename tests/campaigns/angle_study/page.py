@@ -6,8 +6,8 @@ import math
 import statistics
 from collections.abc import Sequence
 
-from .cases import SIGMAS
-from .score import RATIO, VISIBLE, Score
+from tests.campaigns.angle_study.cases import SIGMAS
+from tests.campaigns.angle_study.score import RATIO, VISIBLE, Score
 
 _HEAD = """# Does the diagnosis name what angle records lack?
 

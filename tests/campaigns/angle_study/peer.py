@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import least_squares
 
-from .motion import NAMES, PLACE, Array, reading
+from tests.campaigns.angle_study.motion import NAMES, PLACE, Array, reading
 
 DECLARED = ("f_hz", "lambda", "phi", "v", "offset")
 _SCALES = {  # a change that is plainly seen, by (amplitude, w, duration)

@@ -9,10 +9,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from .cases import Draw, drawn
-from .motion import PLACE, Array, reading, vector
-from .peer import DECLARED, fitted, held_out_error, rms
-from .truth import true_reading
+from tests.campaigns.angle_study.cases import Draw, drawn
+from tests.campaigns.angle_study.motion import PLACE, Array, reading, vector
+from tests.campaigns.angle_study.peer import DECLARED, fitted, held_out_error, rms
+from tests.campaigns.angle_study.truth import true_reading
 
 _DENSE = 24.0  # samples of a period that tell a smooth misfit
 _CLOSE, _ROUNDS, _LEAP = 0.05, 10, 30.0

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .cases import ALSO_CALLED, CASES
-from .command import TOO_LONG, TRACEBACK, Command
-from .record import Record, least_error, speaks_against, written
+from tests.campaigns.angle_study.cases import ALSO_CALLED, CASES
+from tests.campaigns.angle_study.command import TOO_LONG, TRACEBACK, Command
+from tests.campaigns.angle_study.record import Record, least_error, speaks_against, written
 
 SPLIT = 0.7  # of a record: what is after is held out
 RATIO = 1.3  # of the held-out errors, ours to that of the true model

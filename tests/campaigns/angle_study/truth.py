@@ -8,7 +8,16 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from .motion import PLACE, Array, Motion, acceleration, beside, direction_from_rest, holds, vector
+from tests.campaigns.angle_study.motion import (
+    PLACE,
+    Array,
+    Motion,
+    acceleration,
+    beside,
+    direction_from_rest,
+    holds,
+    vector,
+)
 
 _RTOL, _ATOL = 1e-11, 1e-13
 _KINKS = ("coulomb", "quadratic")

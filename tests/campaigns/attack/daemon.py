@@ -41,7 +41,7 @@ class Daemon:
                 reset.write_text("5")
 
     def _pid(self, name: str) -> int:
-        return child_of(self.process.pid, "platform_daemon.serving", name)
+        return child_of(self.process.pid, "platform_daemon.processes", name)
 
 
 def _peak_mb(pid: int) -> float:

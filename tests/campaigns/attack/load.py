@@ -27,7 +27,6 @@ class Load:
         dry_runs: of a series of 1000 shots that all differ, all at once and again.
         downloads: of a whole file and of its dm/dt, all at once and again.
         half_open: connections that say nothing; those that were dropped are opened again every second.
-        on_stop_port: all of it against the port that only stops.
         diagnoses: of the recording, all at once and again.
         bodies_mb: sizes of bodies that are sent one after the other, again and again.
     """
@@ -40,7 +39,6 @@ class Load:
     half_open: int = 0
     diagnoses: int = 0
     bodies_mb: tuple[int, ...] = ()
-    on_stop_port: bool = False
 
 
 class Crowd:

@@ -1,18 +1,22 @@
-"""A series in real time beside a crowd: is a shot refused, and does one come late?"""
+"""A series in real time beside a crowd: is a shot refused, and does one come late?
+
+The series is started before the crowd comes, and its end is read from the data folder: where the crowd takes all
+connections of the main port, nobody else is answered there.
+"""
 
 from __future__ import annotations
 
-import contextlib
 import subprocess
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import httpx2
 
-from platform_daemon.store import open_recording
+from platform_daemon.core.jobs.job_records import JobRecords
+from platform_daemon.core.recordings.data_folder import data_paths
+from platform_daemon.core.recordings.reader import open_recording
 from tests.campaigns.attack.daemon import Daemon
 from tests.campaigns.attack.load import Load, arguments
 from tests.kit.data import ROOT
@@ -56,32 +60,22 @@ def series(daemon: Daemon, name: str, load: Load, shots: int) -> Shots:
     daemon.forget_peak()
     asked = {"resonator": "jewel", "shots": shots, "window": None, "sequence": {"rx_s": 0.3, "pause_s": 0.05}}
     command = arguments(daemon.port, daemon.recording, PATIENCE_S, load)
+    address, records = f"http://127.0.0.1:{daemon.port}", JobRecords(data_paths(daemon.data).jobs)
+    job = httpx2.post(f"{address}/acquisitions", json=asked, timeout=60).raise_for_status().json()["id"]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=ROOT) as crowd:
         try:
-            time.sleep(1.0)  # the crowd gathers
-            with httpx2.Client(base_url=f"http://127.0.0.1:{daemon.port}", timeout=60) as client:
-                job = _patiently(client, "POST", "/acquisitions", json=asked)
-                while job["state"] in ("queued", "running"):
-                    time.sleep(1.0)
-                    job = _patiently(client, "GET", job["links"]["self"])
+            until = time.monotonic() + PATIENCE_S
+            while not records.one(job).state.final:
+                assert time.monotonic() < until
+                time.sleep(1.0)
         finally:
             crowd.terminate()
-    frames = open_recording(daemon.data / "recordings" / job["result"]["file"]).frame_info
+    result = records.one(job).result
+    frames = open_recording(daemon.data / "recordings" / result.file).frame_info
     begun = [frame.monotonic_s for frame in frames if frame.monotonic_s is not None]
     refused = tuple(frame.reason for frame in frames if frame.verdict != "good")
     apart = tuple(sorted(later - earlier for earlier, later in pairwise(begun)))
     return Shots(name, shots, len(frames) - len(refused), refused, apart, daemon.peak_mb())
-
-
-def _patiently(client: httpx2.Client, method: str, path: str, **body: Any) -> Any:
-    """The JSON of an answer; who is turned away in the crowd comes again."""
-    for _ in range(50):
-        with contextlib.suppress(httpx2.TransportError):
-            answer = client.request(method, path, **body)
-            if answer.status_code != 503:
-                return answer.raise_for_status().json()
-        time.sleep(0.2)
-    raise AssertionError(f"{method} {path}: no answer")
 
 
 def series_table(measured: Sequence[Shots]) -> str:

@@ -4,6 +4,6 @@ strikes.py   what is done, and what must come of it
 bench.py     an emulated lab with a daemon, or a program that measures, on it
 pair.py      two of them in turn
 strike.py    one strike: its moment, the blow, the times
-page.py      docs/crash.md
+page.py      docs/evidence/crash.md
 __main__.py  the campaign, with a journal that lets it go on
 """

@@ -1,4 +1,4 @@
-"""python -m tests.campaigns.crash --each 200 --page docs/crash.md
+"""python -m tests.campaigns.crash --each 200 --page docs/evidence/crash.md
 
 Every strike in turn, round by round.  The journal (JSON lines) lets an interrupted campaign go on.  A strike mostly
 waits: several lanes, each with labs and a journal of its own, are over sooner.
@@ -20,13 +20,12 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
+from tests.campaigns.crash import page
+from tests.campaigns.crash.bench import NotThere, go_ahead
+from tests.campaigns.crash.pair import ROUNDS, Pair
+from tests.campaigns.crash.strike import Came, strike
+from tests.campaigns.crash.strikes import STRIKES, Strike
 from tests.kit.processes import NoSuchChild
-
-from . import page
-from .bench import NotThere, go_ahead
-from .pair import ROUNDS, Pair
-from .strike import Came, strike
-from .strikes import STRIKES, Strike
 
 
 def main() -> int:

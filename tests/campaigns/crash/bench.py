@@ -16,7 +16,7 @@ import httpx2
 
 from drivers.errors import DeviceDenied
 from drivers.tx_rx_switch import SwitchPosition
-from platform_daemon.supervisor.lock_file import Fault
+from platform_daemon.core.guard.fault_latch import Fault
 from tests.kit.emulated_lab import Lab
 from tests.kit.processes import child_of
 from tests.kit.rest import client_at
@@ -227,15 +227,15 @@ class Bench:
 
     def hardware(self) -> int:
         """Its id."""
-        return child_of(self.parent(), "platform_daemon.serving", "hardware")
+        return child_of(self.parent(), "platform_daemon.processes", "hardware")
 
     def web(self) -> int:
         """Its id."""
-        return child_of(self.parent(), "platform_daemon.serving", "web")
+        return child_of(self.parent(), "platform_daemon.processes", "web")
 
     def stop(self) -> int:
         """Its id."""
-        return child_of(self.parent(), "platform_daemon.serving", "stop")
+        return child_of(self.parent(), "platform_daemon.processes", "stop")
 
     def go_on(self) -> None:
         """What was halted goes on, if it is still there."""
@@ -246,7 +246,7 @@ class Bench:
 
     def guard(self) -> int:
         """Its id."""
-        return child_of(self.hardware(), "platform_daemon.supervisor")
+        return child_of(self.hardware(), "platform_daemon.core.guard")
 
     def worker(self) -> int:
         """Id of the one that makes the on-line fits."""

@@ -1,4 +1,4 @@
-"""docs/crash.md from the strikes of a campaign."""
+"""docs/evidence/crash.md from the strikes of a campaign."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from platform_daemon.supervisor.watch import LEASE_S
-
-from .strike import Came
-from .strikes import HANG_S, KILL_S, LATE_S, STOP_HANG_S, STRIKES, Strike
+from platform_daemon.core.guard.watch import LEASE_S
+from tests.campaigns.crash.strike import Came
+from tests.campaigns.crash.strikes import HANG_S, KILL_S, LATE_S, STOP_HANG_S, STRIKES, Strike
 
 HEAD = Path(__file__).with_name("page.txt")
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .bench import Bench
+from tests.campaigns.crash.bench import Bench
 
 ROUNDS = 4
 """Rounds of strikes before both labs are made anew."""

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from platform_daemon.supervisor.watch import LEASE_S
-
-from .bench import Bench, Moment
-from .strikes import LATE_S, Strike
+from platform_daemon.core.guard.watch import LEASE_S
+from tests.campaigns.crash.bench import Bench, Moment
+from tests.campaigns.crash.strikes import LATE_S, Strike
 
 _WITHIN_S = LEASE_S + 15.0
 _BEFORE, _AFTER = 2, 2

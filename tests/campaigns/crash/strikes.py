@@ -9,15 +9,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from platform_daemon.link.stopping import SILENT_S
-from platform_daemon.supervisor.watch import LEASE_S
-
-from .bench import Bench, Moment
+from platform_daemon.core.guard.watch import LEASE_S
+from platform_daemon.core.service.stopping import SILENT_S
+from tests.campaigns.crash.bench import Bench, Moment
 
 KILL_S = 0.1
 """The amplifier is disabled within this time of a kill, in the median."""
 STOP_HANG_S = SILENT_S + 0.3
-"""... and of a hang, where somebody asks to stop."""
+"""... and of a hang, where a stop is requested."""
 HANG_S = LEASE_S + 0.2
 """... and of a hang or a dead link."""
 LATE_S = 0.5

@@ -11,20 +11,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from platform_daemon.app import start_engine
-from platform_daemon.engine import hardware_thread as thread_module
-from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.jobs import Job
-from platform_daemon.engine.planning import AcquisitionPlan
-from platform_daemon.engine.work.destination import OwnFile, ShotSink
-from platform_daemon.engine.work.series import SeriesWork
-from platform_daemon.schemas.requests import AcquisitionRequest
-from platform_daemon.store.reader import open_recording
+from platform_daemon.core.hardware import hardware_thread as thread_module
+from platform_daemon.core.hardware.engine import Engine
+from platform_daemon.core.jobs.jobs import Job
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.schemas.requests import AcquisitionRequest
+from platform_daemon.features.acquire.destination import OwnFile, ShotSink
+from platform_daemon.features.acquire.planning import AcquisitionPlan
+from platform_daemon.features.acquire.series_plan import plan_series, series_bench
+from platform_daemon.features.acquire.work import SeriesWork
+from platform_daemon.processes.assembly import start_engine
 from tests.kit.emulated_lab import Lab
 
 RX_S = 0.6
 HALF_A_CODE_V = 0.5 / 32768
-SAMPLES_LATE = 24  # of the recording, see docs/wire-protocols.md
+SAMPLES_LATE = 24  # of the recording, see docs/reference/wiring.md
 CHUNK = 1216
 QUICK = (  # impatient, so that a campaign does not only wait
     f"io_card.chunk_samples={CHUNK}",
@@ -57,7 +58,7 @@ class WatchedSeries(SeriesWork):
 class Bench:
     """Emulator and daemon in one process.  `shots` are all shots that the world has played, as their feeds.
 
-    While it lives nobody reads idle devices back, so that a fault meets the phase it is meant for.
+    While it lives idle devices are not read back, so that a fault meets the phase it is meant for.
     """
 
     def __init__(self, folder: Path, seed: int) -> None:
@@ -108,9 +109,9 @@ class Bench:
         self.made += 1
         target = self.folder / f"{self.made}.h5"
 
-        made_with = engine.series_bench
+        made_with = series_bench(engine)
         if not self_test:
-            made_with = replace(made_with, self_test=None)
+            made_with = replace(made_with, chain_test=None)
         self._first_of_all(engine, before)
         job = engine.submit(WatchedSeries(before_shot, made_with, self._plan(shots), OwnFile(target, self.folder)))
         assert job.ended.wait(PATIENCE_S), "the daemon hangs"
@@ -134,7 +135,7 @@ class Bench:
 
     def _plan(self, shots: int) -> AcquisitionPlan:
         ask = AcquisitionRequest(resonator="jewel", shots=shots, sequence={"rx_s": RX_S}, window=None)
-        return self.start().plan(ask)
+        return plan_series(self.start(), ask)
 
     def wrong_samples(self, target: Path, first: int) -> list[str]:
         """Good shots of a recording that differ from what the world's converters recorded; `first`: how many shots the

@@ -1,6 +1,6 @@
 """The fault campaign: every fault of the catalogue, many times over, on several emulated labs side by side.
 
-    python -m tests.campaigns.faults.campaign --faults 2080 --processes 4 --page docs/fault-campaign.md
+    python -m tests.campaigns.faults.campaign --faults 2080 --processes 4 --page docs/evidence/fault-campaign.md
 
 Seeded: fault number k is the same in every run.  The journal (JSON lines) lets an interrupted campaign go on.
 """

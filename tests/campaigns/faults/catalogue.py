@@ -191,7 +191,11 @@ def _stream_cells() -> list[Cell]:
 
 
 def _controller_cells() -> list[Cell]:
-    """Serial switch, LNA, amplifier over USB: an exchange that failed is opened anew by the next one."""
+    """Serial switch, LNA, amplifier over USB: an exchange that failed is opened again by the next one.
+
+    Switch and LNA are queried after the samples are there: one that does not answer makes the shot doubtful, so that it
+    is refused, and a tone of the self-test, so that it is tried twice.
+    """
     once = {
         "connect": Outcome.NO_START,
         "identify": Outcome.NO_START,
@@ -200,20 +204,27 @@ def _controller_cells() -> list[Cell]:
         "status in RX": Outcome.VALID,
         "self-test": Outcome.SELF_TEST,
     }
+    after_samples = {
+        (LNA, "status in RX"): (Outcome.VALID, Outcome.SHOT_REFUSED),
+        (LNA, "readout"): (Outcome.SHOT_REFUSED, Outcome.SHOT_REFUSED),
+        (LNA, "self-test"): (Outcome.VALID, Outcome.SELF_TEST),
+        (SWITCH, "readout"): (Outcome.SHOT_REFUSED, Outcome.STOPPED),
+    }
     sites = {SWITCH: SWITCH_SITES, LNA: LNA_SITES, AMPLIFIER: AMPLIFIER_SITES}
     found = []
     for device, places in sites.items():
         for site in places:
-            outcome = once.get(site.phase, Outcome.STOPPED)
-            found += [_wire(device, kind, site, outcome) for kind in LOST]
-            dead = {"idle": Outcome.BEFORE_POWER, "status in RX": Outcome.STOPPED}.get(site.phase, outcome)
+            lost = once.get(site.phase, Outcome.STOPPED)
+            dead = {"idle": Outcome.BEFORE_POWER, "status in RX": Outcome.STOPPED}.get(site.phase, lost)
+            lost, dead = after_samples.get((device, site.phase), (lost, dead))
+            found += [_wire(device, kind, site, lost) for kind in LOST]
             found += [_wire(device, kind, site, dead) for kind in DEAD]
             found.append(_wire(device, SLOW, site, Outcome.VALID))
     return found
 
 
 def _reconnect_cells() -> list[Cell]:
-    """The connection breaks in the RX window, and a second fault strikes while it is made anew."""
+    """The connection breaks in the RX window, and a second fault strikes while it is opened again."""
     sites = {
         "handshake": Site("reconnect", ("*IDN?",), when="shot"),  # the trigger is still on
         "registers": Site("reconnect", ("VERSION:SERVER", "CALIB:FLAGS", "ADC:DECIMATION?")),

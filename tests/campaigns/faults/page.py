@@ -1,4 +1,4 @@
-"""docs/fault-campaign.md from a campaign's records."""
+"""docs/evidence/fault-campaign.md from a campaign's records."""
 
 from __future__ import annotations
 
@@ -57,8 +57,9 @@ Mended in driver or daemon, with a test each, not by another expectation:
 * Connections whose first answers had been lost were waited for as if the card stood still, and no new one was made.
 
 Left out: `dropped_samples` of the simulated card, a recording that skips 64 samples and says nothing. A latched trip
-stays until somebody resets it, `POST /devices/power_amplifier/reset` ([rest.md](rest.md)). All this is with gate and
-receiver on the card's sequence; the other wirings are in [wiring-campaign.md](wiring-campaign.md).
+stays until an operator resets it, `POST /devices/power_amplifier/reset`
+([the REST API](../howto/rest-and-network.md)). All this is with gate and receiver on the card's sequence; the other
+wirings are in [wiring-campaign.md](wiring-campaign.md).
 """
 
 SHORT = {

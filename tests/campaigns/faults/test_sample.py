@@ -28,6 +28,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
     made.end()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "index",
     [pytest.param(k, marks=[pytest.mark.long] if n % 3 else []) for n, k in enumerate(sample())],
@@ -37,6 +38,7 @@ def test_a_fault_ends_as_it_was_said_to(bench: Bench, index: int) -> None:
     assert trial(bench, SEED, index)["complaints"] == []
 
 
+@pytest.mark.long
 def test_the_same_number_is_the_same_fault_and_every_cell_comes_in_turn() -> None:
     once, again = ([draw(SEED, k) for k in range(len(cells()))] for _ in range(2))
     assert once == again

@@ -25,12 +25,7 @@ from tests.campaigns.faults.wirings import WIRINGS, Wiring
 SEED, QUICK_S = 3, 0.5
 
 
-# Those of which the parts are tried by the others: `make test` has no time for them.
-LATER = {w.name for w in WIRINGS if w.name.startswith("memory and")}
-EACH = [pytest.param(w, id=w.name, marks=[pytest.mark.long] if w.name in LATER else []) for w in WIRINGS]
-
-
-@pytest.fixture(scope="module", params=EACH)
+@pytest.fixture(scope="module", params=[pytest.param(w, id=w.name) for w in WIRINGS])
 def bench(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
     wiring: Wiring = request.param
     made = Bench(tmp_path_factory.mktemp("wiring"), wiring, SEED)
@@ -38,6 +33,7 @@ def bench(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     made.end()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [STILL, SILENT, HOLES, SLOW])
 def test_power_never_meets_the_receiver_and_the_next_shot_is_good(bench: Bench, kind: str) -> None:
     found = (draw(SEED, k) for k in range(10_000))
@@ -45,6 +41,7 @@ def test_power_never_meets_the_receiver_and_the_next_shot_is_good(bench: Bench, 
     assert run(bench, blow).complaints == []
 
 
+@pytest.mark.long
 def test_samples_that_trickle_do_not_keep_the_gate_up(bench: Bench) -> None:
     if not bench.wiring.follows_host:
         pytest.skip("the card ends the gate by itself")

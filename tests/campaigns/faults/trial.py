@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from drivers.errors import DeviceError, PlatformError
-from platform_daemon.engine.jobs import Job
-from platform_daemon.schemas.jobs import JobState
-from platform_daemon.store.reader import open_recording
+from platform_daemon.core.jobs.jobs import Job
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.schemas.jobs import JobState
 from tests.campaigns.faults.bench import Bench
 from tests.campaigns.faults.catalogue import DEAD, SLOW, Cell, Outcome, cells
 

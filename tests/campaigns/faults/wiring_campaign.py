@@ -1,6 +1,6 @@
 """Faults about the TX window, over every wiring of gate and receiver that a platform may have.
 
-    python -m tests.campaigns.faults.wiring_campaign --blows 2000 --processes 2 --page docs/wiring-campaign.md
+    python -m tests.campaigns.faults.wiring_campaign --blows 2000 --processes 2 --page docs/evidence/wiring-campaign.md
 
 Seeded: number k is the same in every run.  The journal (JSON lines) lets an interrupted campaign go on.
 """

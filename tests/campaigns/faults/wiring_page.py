@@ -1,4 +1,4 @@
-"""docs/wiring-campaign.md from a campaign's records."""
+"""docs/evidence/wiring-campaign.md from a campaign's records."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from tests.campaigns.faults.wirings import WIRINGS
 
 HEAD = """# Wirings of gate and receiver under faults
 
-What faults about the TX window come to under each wiring that [wiring.md](wiring.md) allows, on the emulated lab: two
-I/O cards, serial switch and LNA, amplifier over USBTMC; the daemon's shot above the real drivers, in a process of its
-own that can be made to stand still (SIGSTOP). Written by `make wiring-campaign` (seed {seed}). The host stands still,
-or a wire falls silent, loses bytes or answers late, for {least:g} to {most:g} s each, up to {several} times in a
-row, or samples trickle, {trickle} pieces late by {short:g} to {long:g} ms each; at a time drawn at random from
-asking for the shot until RX; TX is 94 ms long. A wiring that the page calls forbidden is refused before anything is
-opened (`tests/system/emulated/test_wiring.py`).
+What faults about the TX window come to under each wiring that the page about [wiring](../reference/wiring.md)
+allows, on the emulated lab: two I/O cards, serial switch and LNA, amplifier over USBTMC; the daemon's shot
+above the real drivers, in a process of its own that can be made to stand still (SIGSTOP). Written by `make
+wiring-campaign` (seed {seed}). The host stands still, or a wire falls silent, loses bytes or answers late,
+for {least:g} to {most:g} s each, up to {several} times in a row, or samples trickle, {trickle} pieces late by
+{short:g} to {long:g} ms each; at a time drawn at random from asking for the shot until RX; TX is 94 ms long.
+A wiring that the page calls forbidden is refused before anything is opened
+(`tests/system/emulated/test_wiring.py`).
 
 After each it is checked, by the world's own record and not by that of the drivers, that power never met a connected
 receiver or one that was moving there; that power reached the coils for no longer than TX and what the wiring allows
-(a gate on the sequence, in the cards' memories too: 1 ms; by the host: 1 s, and while the host stands still as long as
+(a gate on the sequence: 1 ms; by the host: 1 s, and while the host stands still as long as
 it does); that the shot ended; and, when the wires are mended, that outputs can be proved off and the next shot is good
 without a hand, or that the error says what a hand must do.
 

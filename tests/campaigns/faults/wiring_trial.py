@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from sim_backend.world.incidents import PowerSpan
+from sim_backend.world.world import PowerSpan
 from tests.campaigns.faults.wirings import WIRINGS, Wiring
 from tests.kit.emulated_lab import Lab
 from tests.kit.host_process import GOOD, OFF, Host

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from tests.kit.emulated_lab import REPLAY, lines_at, wired
+from tests.kit.emulated_lab import lines_at
 
 
 @dataclass(frozen=True)
@@ -27,14 +27,9 @@ def _by_sequence(name: str, gate: str, receiver: str) -> Wiring:
 
 
 def _by_host(name: str, gate: str, receiver: str) -> Wiring:
-    """A gate stays high until somebody is told otherwise: the card by the host, which notices within `pin_delay_s` +
+    """A gate stays high until a command lowers it: the card gets it from the host, which notices within `pin_delay_s` +
     0.25 s that nothing comes, or the amplifier, which it then switches off on its own wire."""
     return Wiring(name, *lines_at(gate, receiver), chunk=320, over_s=1.0, follows_host=True)
-
-
-def _from_memory(plain: Wiring) -> Wiring:
-    """The same, of a shot that stays in the cards' memories, with the wires that end it."""
-    return replace(plain, emulator=(wired(), *plain.emulator), platform=(*plain.platform, *REPLAY))
 
 
 WIRINGS = (
@@ -42,8 +37,4 @@ WIRINGS = (
     _by_sequence("sequence, two cards", "0 AO0", "1 AO0"),
     _by_host("host, one card", "0 DIO7_P", "0 DIO6_P"),
     _by_host("host, two cards", "0 DIO7_P", "1 DIO6_P"),
-    _from_memory(_by_sequence("memory, one card", "0 AO0", "0 AO1")),
-    _from_memory(_by_sequence("memory, two cards", "0 AO0", "1 AO0")),
-    _from_memory(_by_host("memory and host, one card", "0 DIO7_P", "0 DIO6_P")),
-    _from_memory(_by_host("memory and host, two cards", "0 DIO7_P", "1 DIO6_P")),
 )

@@ -4,5 +4,5 @@ bench.py     a simulated platform whose every call may be lost, unheard or the o
 machine.py   the steps, as a Hypothesis state machine; how often each came to what
 mutants.py   mistakes that are planted
 campaign.py  runs it, with or without a mistake
-__main__.py  docs/interlock.md
+__main__.py  docs/evidence/interlock.md
 """

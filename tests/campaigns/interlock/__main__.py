@@ -1,4 +1,4 @@
-"""python -m tests.campaigns.interlock --page docs/interlock.md"""
+"""python -m tests.campaigns.interlock --page docs/evidence/interlock.md"""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import time
 from collections import Counter, defaultdict
 from pathlib import Path
 
-from .bench import WIRINGS
-from .campaign import Found, run
-from .mutants import MUTANTS
+from tests.campaigns.interlock.bench import WIRINGS
+from tests.campaigns.interlock.campaign import Found, run
+from tests.campaigns.interlock.mutants import MUTANTS
 
 PAGE = Path(__file__).with_name("page.txt")
 MUTANT_STEPS = 10_000

@@ -18,10 +18,10 @@ from drivers.power_guard import NoGuard
 from drivers.registry import build_platform
 from drivers.timeline import DigitalLine, Timeline
 from drivers.tx_rx_switch import SwitchPosition
-from platform_daemon.engine.interlock import Interlock
-from platform_daemon.engine.jobs import Cancelled
-from platform_daemon.engine.shot import run_shot
-from platform_daemon.settings import PlatformFile, load_platform, load_sequence
+from platform_daemon.core.hardware.interlock import Interlock
+from platform_daemon.core.hardware.shot import run_shot
+from platform_daemon.core.jobs.jobs import Cancelled
+from platform_daemon.core.settings import PlatformFile, load_platform, load_sequence
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
 
 Kind = Literal["lost", "unheard", "death before", "death after", "line rises"]

@@ -9,9 +9,9 @@ from hypothesis import HealthCheck, Phase, seed, settings
 from hypothesis.stateful import run_state_machine_as_test
 from structlog.testing import capture_logs
 
-from .bench import Bench
-from .machine import VISITS, InterlockMachine
-from .mutants import Mutant
+from tests.campaigns.interlock.bench import Bench
+from tests.campaigns.interlock.machine import VISITS, InterlockMachine
+from tests.campaigns.interlock.mutants import Mutant
 
 STEPS_OF_A_RUN = 50
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from sim_backend.world.faults import KINDS as WORLD_FAULTS
-
-from .bench import DEVICES, WIRINGS, Bench, Script
+from tests.campaigns.interlock.bench import DEVICES, WIRINGS, Bench, Script
 
 VISITS: Counter[tuple[str, str]] = Counter()
 """How often each step ended how, in this process."""

@@ -10,8 +10,8 @@ from unittest.mock import patch
 
 from drivers.platform import Platform
 from drivers.timeline import DigitalLine, LineLevel
-from platform_daemon.engine import shot as shot_module
-from platform_daemon.engine.interlock import Interlock
+from platform_daemon.core.hardware import shot as shot_module
+from platform_daemon.core.hardware.interlock import Interlock
 from sequences.compiler import ShotPlan
 
 Change = Callable[[LineLevel], LineLevel]

@@ -1,4 +1,4 @@
-"""python -m tests.campaigns.night --minutes 60 --page docs/night.md"""
+"""python -m tests.campaigns.night --minutes 60 --page docs/evidence/night.md"""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .night import EVERY_S, SHOTS, Night, cores, night
-from .story import AFTER_S, contradictions
+from tests.campaigns.night.night import EVERY_S, SHOTS, Night, cores, night
+from tests.campaigns.night.story import AFTER_S, contradictions
 
 PAGE = Path(__file__).with_name("page.txt")
 
@@ -91,7 +91,7 @@ def _page(found: Night, wrong: list[str], *, last_trips: bool) -> str:
         every=EVERY_S,
         shots=SHOTS,
         after=AFTER_S,
-        trip=" In the last tenth the amplifier trips, and nobody resets it." if last_trips else "",
+        trip=" In the last tenth the amplifier trips, and is not reset." if last_trips else "",
         seconds=found.ended - found.began,
         cores=cores(),
         counts="\n".join(_counts(found)),

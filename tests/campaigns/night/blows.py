@@ -52,7 +52,7 @@ def trip(bench: Bench) -> Blow:
     """The amplifier latches a fault, which only a person resets."""
     began = time.time()
     bench.lab.control("trip_amplifier")
-    return Blow("the amplifier has tripped, and nobody resets it", began, float("inf"), True)
+    return Blow("the amplifier has tripped, and is not reset", began, float("inf"), True)
 
 
 def in_the_night(cell: Cell) -> bool:

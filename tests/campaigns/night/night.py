@@ -14,10 +14,10 @@ from typing import Any
 import httpx2
 import numpy as np
 
-from platform_daemon.store import Recording, open_recording
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.recordings.recording import Recording
 from tests.campaigns.crash.bench import Bench
-
-from .blows import Blow, strike, trip
+from tests.campaigns.night.blows import Blow, strike, trip
 
 EVERY_S = 8.0
 SHOTS = 5
@@ -94,7 +94,7 @@ def _night(bench: Bench, folder: Path, calls: Path, seconds: float, seed: int, *
         recordings={path.stem: open_recording(path) for path in found},
         events=_events(bench),
         called=[json.loads(line) for line in calls.read_text().splitlines()] if calls.exists() else [],
-        standing=[each["name"] for each in bench.get("/alarms") if each["cleared"] is None],
+        standing=[each["name"] for each in bench.get("/alarms")["items"] if each["cleared"] is None],
         blows=blows,
         played=bench.world.shots,
         met=len(bench.lab.violations()),
@@ -118,7 +118,7 @@ def _add(bench: Bench, name: str, every_s: float, work: dict[str, Any], max_fail
     asked = {"name": name, "trigger": {"every_s": every_s}, "grace_s": 5.0, "max_failures": max_failures, "work": work}
     answer = bench.post("/schedules", asked)
     assert answer.status_code == 201, answer.text
-    return str(answer.json()["identifier"])
+    return str(answer.json()["id"])
 
 
 def _answered(bench: Bench, path: str) -> None:
@@ -148,15 +148,15 @@ def _rows(bench: Bench, schedule: str) -> list[dict[str, Any]]:
     while True:
         after = found[-1]["number"] if found else 0
         page = bench.get(f"/schedules/{schedule}/ledger?after={after}&limit=1000")
-        found += page["rows"]
-        if not page["more"]:
+        found += page["items"]
+        if page["next"] is None:
             return found
 
 
 def _ids(bench: Bench, path: str) -> list[str]:
     found: list[str] = []
     while True:
-        page = [each["id"] for each in bench.get(f"{path}?limit=100{f'&after={found[-1]}' if found else ''}")]
+        page = [each["id"] for each in bench.get(f"{path}?limit=100{f'&after={found[-1]}' if found else ''}")["items"]]
         found += page
         if len(page) < 100:
             return found

@@ -9,7 +9,7 @@ from datetime import datetime
 from itertools import chain
 from typing import Any
 
-from .night import EVERY_S, FAILURES, SHOTS, Night
+from tests.campaigns.night.night import EVERY_S, FAILURES, SHOTS, Night
 
 ENDS = {"run", "late", "skipped", "missed", "failed"}
 AFTER_S = 10.0

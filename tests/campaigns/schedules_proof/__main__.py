@@ -1,4 +1,4 @@
-"""python -m tests.campaigns.schedules_proof --page docs/schedules-proof.md"""
+"""python -m tests.campaigns.schedules_proof --page docs/evidence/schedules-proof.md"""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from .kills import Survived, daemon_kills, scheduler_kills
-from .years import Told, Years
+from tests.campaigns.schedules_proof.kills import Survived, daemon_kills, scheduler_kills
+from tests.campaigns.schedules_proof.years import Told, Years
 
 PAGE = Path(__file__).with_name("page.txt")
 

@@ -20,6 +20,7 @@ from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.command_line import wait_for
 from tests.kit.processes import NoSuchChild, child_of
 from tests.kit.served import served
+from tests.kit.stored_jobs import job_texts
 
 CHILD = Path(__file__).with_name("scheduler_child.py")
 EVERY_S = 2.0
@@ -81,7 +82,7 @@ def daemon_kills(folder: Path, kills: int, seed: int = 7) -> Survived:
             _kill(daemon.process.pid, chance.choice(("parent", "hardware", "both")))
             time.sleep(0.1)
     with served(data) as daemon:
-        assert daemon.get("/schedules").json()[0]["active"]
+        assert daemon.get("/schedules").json()["items"][0]["active"]
         now = time.time()
         wait_for(lambda: all(state not in {"due", "started"} for _, state, _, _ in _rows(ledger, now)), 600)
         rows = _rows(ledger, now)
@@ -92,7 +93,7 @@ def daemon_kills(folder: Path, kills: int, seed: int = 7) -> Survived:
 
 def _kill(parent: int, who: str) -> None:
     try:
-        hardware = child_of(parent, "platform_daemon.serving", "hardware")
+        hardware = child_of(parent, "platform_daemon.processes", "hardware")
     except NoSuchChild:
         hardware = parent
     for pid in {"parent": [parent], "hardware": [hardware], "both": [parent, hardware]}[who]:
@@ -128,5 +129,5 @@ def _check_recordings(out: Survived, rows: list[Any], data: Path) -> None:
     if len(set(jobs)) < len(jobs):
         out.wrong.append("two rows have one job")
     known = {job for _, _, job, _ in _rows(data / "schedules.db")}
-    made = {path.stem for path in (data / "jobs").glob("acquisition-*.json")}
+    made = {job for job in job_texts(data) if job.startswith("acquisition-")}
     out.wrong += [f"{each} is in no row" for each in (recorded | made) - known]

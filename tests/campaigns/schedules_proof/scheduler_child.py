@@ -7,8 +7,9 @@ import sys
 from pathlib import Path
 from secrets import token_hex
 
-from platform_daemon.schedules import JobOutcome, Schedules
-from platform_daemon.schemas import ScheduleRequest
+from platform_daemon.features.schedules.launcher import JobOutcome
+from platform_daemon.features.schedules.schedules import Schedules
+from platform_daemon.features.schedules.schema import ScheduleRequest
 
 folder = Path(sys.argv[1])
 (folder / "jobs").mkdir(exist_ok=True)
@@ -46,6 +47,7 @@ class Owner:
 
 
 all_schedules = Schedules(folder / "schedules.db", Owner(), lambda: now)
+all_schedules.open()
 if not all_schedules.list():
     work = {"kind": "acquisition", "request": {"resonator": "jewel"}}
     asked = {"name": "minute", "trigger": {"every_s": 60.0}, "work": work, "policy": "run_all", "max_failures": 1000}

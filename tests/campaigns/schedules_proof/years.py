@@ -10,10 +10,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from platform_daemon.schedules import JobOutcome, Schedules
-from platform_daemon.schemas import LedgerRow, ScheduleRequest
-
-from .oracle import due
+from platform_daemon.features.schedules.launcher import JobOutcome
+from platform_daemon.features.schedules.schedules import Schedules
+from platform_daemon.features.schedules.schema import LedgerRow, ScheduleRequest
+from tests.campaigns.schedules_proof.oracle import due
 
 T0 = datetime(2026, 1, 1, tzinfo=UTC).timestamp()
 HOUR, DAY, YEAR = 3600.0, 86_400.0, 31_556_952.0
@@ -105,13 +105,14 @@ class Years:
         self._dying = 0.0
         self.owner = Owner(self)
         self.all = Schedules(self._path, self.owner, lambda: self.now)
+        self.all.open()
         self._ids = {name: self._add(name) for name in PLANS}
 
     def _add(self, name: str) -> str:
         trigger, others = PLANS[name]
         work = {"kind": "acquisition", "request": {"resonator": "jewel", "shots": 1}}
         asked = {"name": name[:100], "trigger": trigger, "work": work, "max_failures": 1000, **others}
-        return self.all.add(ScheduleRequest.model_validate_json(json.dumps(asked))).identifier
+        return self.all.add(ScheduleRequest.model_validate_json(json.dumps(asked))).id
 
     def maybe_die(self) -> None:
         """Raises _Died, now and then."""
@@ -135,7 +136,7 @@ class Years:
             self.all.step()
             furthest = max(furthest, self.now)
         for name, identifier in self._ids.items():
-            self._check(name, list(self.all.page(identifier, limit=10**7).rows), furthest)
+            self._check(name, list(self.all.page(identifier, limit=10**7).items), furthest)
         self.all.close()
         return self.told
 
@@ -165,6 +166,7 @@ class Years:
         if orderly:
             self.all.close()
         self.all = Schedules(self._path, self.owner, lambda: self.now)
+        self.all.open()
 
     def _check(self, name: str, rows: list[LedgerRow], furthest: float) -> None:
         expected = due(PLANS[name][0], T0, furthest)

@@ -22,10 +22,10 @@ def candidate(at, name):
 
 def rise(shots, pool):
     """Of chi^2 with angle-dependent damping in the place of quadratic drag."""
-    started, _ = initial_fits(shots, THREAD, pool)
-    base = fit_jointly(started, Hypothesis(THREAD), pool)
+    prepared, _ = initial_fits(shots, THREAD, pool)
+    base = fit_jointly(prepared, Hypothesis(THREAD), pool)
     fits = [
-        fit_jointly(started, base.hypothesis.plus(candidate(base, name)), pool, base.states)
+        fit_jointly(prepared, base.hypothesis.plus(candidate(base, name)), pool, base.states)
         for name in ("quadratic_drag", "angle_dependent_damping")
     ]
     return fits[1].chi2 - fits[0].chi2, fits[0]
@@ -71,7 +71,7 @@ def test_what_cannot_be_planned_is_judged_by_a_rule_of_thumb(at, pool):
 def test_the_measurement_that_separates_most_comes_first_and_angles_have_their_own_words(at):
     drag, damping = at.hypothesis.common[0], candidate(at, "angle_dependent_damping")
     expected = {"second_amplitude": [3.0], "longer_window": [9.0], "more_shots": [4.0]}
-    one = Ambiguity(drag, (damping,), 2.0, 400.0, expected.get)
+    one = Ambiguity(effect=drag, confounders=(damping,), rise=2.0, gain=400.0, expected=expected.get)
     offered = proposals([one], 0.0)
     assert [p.measurement.key for p in offered][:2] == ["longer_window", "more_shots"]
     assert offered[0].separates == ("quadratic_drag", "angle_dependent_damping")

@@ -15,7 +15,13 @@ FIT = SimpleNamespace(states=[SimpleNamespace(dynamics=SimpleNamespace(w=W))], n
 def left(told):
     """A test in which the declared parameters absorb all powers of angle and velocity but these."""
     shares = np.array([1.0 if each in told else 1e-4 for each in powers()])
-    score = OmnibusScore(30.0, len(told), np.diag(shares), np.where(shares == 1.0, 2.0, 0.0), np.ones(shares.size))
+    score = OmnibusScore(
+        gain=30.0,
+        directions=len(told),
+        information=np.diag(shares),
+        gradient=np.where(shares == 1.0, 2.0, 0.0),
+        power=np.ones(shares.size),
+    )
     return OmnibusTest(score, score, (LARGEST, 1.99 * np.sin(LARGEST / 2)))
 
 

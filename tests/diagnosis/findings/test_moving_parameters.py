@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.analysis.diagnose import load_diagnosis_input
 from platform_daemon.diagnosis.findings.moving_parameters import log_chances, moving_parameters
 from platform_daemon.diagnosis.findings.trace_equations import TraceEquations
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
@@ -13,7 +12,10 @@ from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
-from platform_daemon.estimation import RingDownRecord, SeriesNoise, model_named
+from platform_daemon.estimation.noise.series import SeriesNoise
+from platform_daemon.estimation.physics.models import model_named
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.features.diagnose.load_shots import load_diagnosis_input
 from tests.kit.pendulum import half_cycles
 from tests.kit.ring_down_generator import RATE_HZ, Truth, dmdt, with_noise
 from tests.kit.specimen_files import PENDULUM, RUNS, pendulum
@@ -23,9 +25,9 @@ W = 2.0 * math.pi * F_HZ
 
 
 def joint_fit_of(shots, model, pool):
-    started, refused = initial_fits(shots, model, pool)
+    prepared, refused = initial_fits(shots, model, pool)
     assert not refused
-    return fit_jointly(started, Hypothesis(model), pool)
+    return fit_jointly(prepared, Hypothesis(model), pool)
 
 
 def moved(shots, model):

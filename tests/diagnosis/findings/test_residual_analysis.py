@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.analysis.diagnose import load_diagnosis_input
 from platform_daemon.diagnosis.findings.residual_analysis import (
     HARMONICS,
     analyse_residual,
@@ -18,6 +17,7 @@ from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.regression.torque_response import sample_motion
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
+from platform_daemon.features.diagnose.load_shots import load_diagnosis_input
 from tests.kit.specimen_files import THREAD, pendulum, swing
 
 
@@ -25,15 +25,15 @@ from tests.kit.specimen_files import THREAD, pendulum, swing
 def clean():
     specimen = load_diagnosis_input([THREAD])
     with shot_pool() as pool:
-        started, _ = initial_fits(specimen.shots, specimen.model, pool)
-        yield fit_jointly(started, Hypothesis(specimen.model), pool)
+        prepared, _ = initial_fits(specimen.shots, specimen.model, pool)
+        yield fit_jointly(prepared, Hypothesis(specimen.model), pool)
 
 
 def with_added(at, extra):
     """The fit unchanged, the first shot's data with something added."""
-    shot = at.started[0].shot
+    shot = at.prepared[0].shot
     record = replace(shot.record, samples=shot.record.samples + extra)
-    return replace(at, started=(replace(at.started[0], shot=replace(shot, record=record)), *at.started[1:]))
+    return replace(at, prepared=(replace(at.prepared[0], shot=replace(shot, record=record)), *at.prepared[1:]))
 
 
 def test_a_clean_residual_is_white_in_every_view(clean):
@@ -48,7 +48,7 @@ def test_a_clean_residual_is_white_in_every_view(clean):
 
 
 def test_a_tone_is_one_line_at_its_place(clean):
-    shot = clean.started[0].shot
+    shot = clean.prepared[0].shot
     t = np.arange(shot.record.samples.shape[1]) / shot.rate_hz
     size = 0.3 * shot.noise.sd[1]
     extra = np.zeros_like(shot.record.samples)
@@ -60,14 +60,14 @@ def test_a_tone_is_one_line_at_its_place(clean):
 
 
 def test_a_harmonic_of_the_swing_is_found_on_its_local_axis(clean):
-    started, state = clean.started[0], clean.states[0]
-    motion = sample_motion(started, clean.hypothesis.model, state)
+    prepared, state = clean.prepared[0], clean.states[0]
+    motion = sample_motion(prepared, clean.hypothesis.model, state)
     phase = np.interp(
-        np.arange(started.shot.record.samples.shape[1]) / started.shot.rate_hz,
-        started.time_s,
+        np.arange(prepared.shot.record.samples.shape[1]) / prepared.shot.rate_hz,
+        prepared.time_s,
         np.unwrap(motion.phase),
     )
-    size = 0.5 * float(started.shot.noise.sd.max())
+    size = 0.5 * float(prepared.shot.noise.sd.max())
     extra = state.observation.rotation[:, 2:] * (size * np.sin(3 * phase))
     found = analyse_residual(with_added(clean, extra), 0).harmonics
     assert found.axes == ("u", "v", "w")
@@ -79,7 +79,7 @@ def test_a_harmonic_of_the_swing_is_found_on_its_local_axis(clean):
 
 
 def test_an_offset_at_the_start_shows_there(clean):
-    shot = clean.started[0].shot
+    shot = clean.prepared[0].shot
     extra = np.zeros_like(shot.record.samples)
     t = np.arange(extra.shape[1]) / shot.rate_hz
     extra[0] = 3.0 * shot.noise.sd[0] * np.exp(-t / 0.01)
@@ -99,7 +99,7 @@ def test_two_shots_have_a_scatter_and_one_has_none(clean):
     with shot_pool() as pool:
         courses = {s.name: s for s in scatter(clean, pool)}
         alone = replace(
-            clean, started=clean.started[:1], states=clean.states[:1], linear=clean.linear[:1]
+            clean, prepared=clean.prepared[:1], states=clean.states[:1], linear=clean.linear[:1]
         )  # fmt: skip
         assert scatter(alone, pool) == ()
     f = courses["f_nat_hz"]
@@ -111,8 +111,8 @@ def test_two_shots_have_a_scatter_and_one_has_none(clean):
 def test_a_long_swing_of_a_pendulum_has_windows_too(tmp_path):
     specimen = load_diagnosis_input([pendulum(tmp_path, *swing(seconds=24.0))], "thread_small_angle")
     with shot_pool() as pool:
-        started, _ = initial_fits(specimen.shots, specimen.model, pool)
-        at = fit_jointly(started, Hypothesis(specimen.model), pool)
+        prepared, _ = initial_fits(specimen.shots, specimen.model, pool)
+        at = fit_jointly(prepared, Hypothesis(specimen.model), pool)
         found = sliding_windows(at, 0)
     assert found is not None
     assert found.course("f_nat_hz")[0].size >= 6

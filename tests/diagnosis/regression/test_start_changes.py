@@ -26,12 +26,12 @@ def test_the_column_of_a_moving_f_nat_is_that_of_its_torque(variant: str) -> Non
     assert quick is not None
     moving = [drift_candidate(), settling_candidate(seconds), quick(40.0 / seconds)]
     with shot_pool() as pool:
-        started, _ = initial_fits(shots, model, pool)
-        base = fit_jointly(started, Hypothesis(model), pool)
+        prepared, _ = initial_fits(shots, model, pool)
+        base = fit_jointly(prepared, Hypothesis(model), pool)
     columns = [
-        candidate_columns(started[0], base.hypothesis, base, 0, some)
+        candidate_columns(prepared[0], base.hypothesis, base, 0, some)
         for some in (moving, [replace(c, f_nat_course=None) for c in moving])
     ]
     for by_course, traced in zip(*columns, strict=True):
-        beside = base.linear[0].beside(traced)
-        assert np.linalg.norm(base.linear[0].beside(by_course) - beside) < 2e-5 * np.linalg.norm(beside)
+        beside = base.linear[0].without_own(traced)
+        assert np.linalg.norm(base.linear[0].without_own(by_course) - beside) < 2e-5 * np.linalg.norm(beside)

@@ -5,10 +5,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis import DiagnosisShot
 from platform_daemon.diagnosis.selection.clock_gaps import filled_angles
 from platform_daemon.diagnosis.selection.data_integrity import DataDefect, merged
-from platform_daemon.estimation import RingDownRecord, estimate_noise
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot
+from platform_daemon.estimation.noise.model import estimate_noise
+from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.pendulum import NATURAL_HZ, RATE, swing
 
 NOISE, AT = 1e-3, 2950
@@ -31,6 +32,7 @@ def test_a_loss_is_found_where_it_is_and_as_large_as_it_is(lost, dry):
     assert filled[AT : AT + lost] == pytest.approx(whole[AT : AT + lost], abs=0.06)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("viscous", [0.001, 0.02])
 @pytest.mark.parametrize("dry", [0.0, 0.01, 0.03])
 def test_no_loss_is_seen_in_torques(viscous, dry):
@@ -56,9 +58,27 @@ def test_a_loss_in_a_large_swing_that_waves_follow_only_for_a_short_time_is_foun
 
 
 def test_losses_at_one_place_are_one():
-    first = DataDefect("clock_gap", "a: 24 samples are missing before sample 7", 0, 7, 23.54, 0.2, -50.0)
-    rest = DataDefect("clock_gap", "a: -1 samples are missing before sample 7", 0, 7, -0.996, 0.02, -20.0)
-    other = DataDefect("clock_gap", "a: 2 samples are missing before sample 9", 0, 9, 2.0, 0.1, -30.0)
+    first = DataDefect(
+        id="clock_gap",
+        where="a: 24 samples are missing before sample 7",
+        shot=0,
+        at=7,
+        value=23.54,
+        sd=0.2,
+        log_p=-50.0,
+    )
+    rest = DataDefect(
+        id="clock_gap",
+        where="a: -1 samples are missing before sample 7",
+        shot=0,
+        at=7,
+        value=-0.996,
+        sd=0.02,
+        log_p=-20.0,
+    )
+    other = DataDefect(
+        id="clock_gap", where="a: 2 samples are missing before sample 9", shot=0, at=9, value=2.0, sd=0.1, log_p=-30.0
+    )
     one, two = merged([first, other, rest])
     assert (one.at, one.value, one.sd, one.where) == (
         7,

@@ -16,7 +16,7 @@ import pytest
 from drivers.conformance import WHOLE_PLATFORM
 from drivers.red_pitaya.options import card_table
 from drivers.registry import build_platform
-from platform_daemon.settings import load_platform
+from platform_daemon.core.settings import load_platform
 
 pytestmark = pytest.mark.hardware
 

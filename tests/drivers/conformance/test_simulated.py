@@ -6,7 +6,7 @@ import pytest
 
 from drivers.conformance import WHOLE_PLATFORM, AmplifierContract
 from drivers.registry import build_platform
-from platform_daemon.settings import load_platform
+from platform_daemon.core.settings import load_platform
 
 OVERRIDES = {
     "edges anywhere": [],

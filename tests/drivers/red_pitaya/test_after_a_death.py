@@ -12,7 +12,7 @@ from drivers.errors import DeviceLost
 from drivers.red_pitaya import pairing
 from drivers.red_pitaya.board import Board
 from drivers.red_pitaya.card import RedPitayaCard
-from drivers.red_pitaya.lock import lock_card, note_recording, recording_until
+from drivers.red_pitaya.lock import lock_card, note_path
 from drivers.red_pitaya.options import card_table
 from tests.kit.reference_daq_server import ReferenceServer
 
@@ -32,18 +32,16 @@ def table_of(server):
 
 def noted(server):
     with lock_card("127.0.0.1", server.ports[0]) as lock:
-        return recording_until(lock)
+        return lock.recording_until()
 
 
 def test_what_is_noted_is_there_for_the_next_and_anything_else_is_no_recording(server):
     assert noted(server) == float("-inf")
     for until_s in (1234.5, 7.25):
         with lock_card("127.0.0.1", server.ports[0]) as lock:
-            note_recording(lock, until_s)
+            lock.note_recording(until_s)
         assert noted(server) == until_s
-    with lock_card("127.0.0.1", server.ports[0]) as lock:
-        lock.truncate(0)
-        lock.write("process 7")
+    note_path("127.0.0.1", server.ports[0]).write_text("process 7")
     assert noted(server) == float("-inf")
 
 

@@ -14,7 +14,7 @@ from drivers.errors import DeviceLost, DeviceNotFound, DeviceProtocolError, Devi
 from drivers.red_pitaya import connection as sockets
 from drivers.red_pitaya import pairing as module
 from drivers.red_pitaya.pairing import open_pair, take_over
-from drivers.red_pitaya.ports import said_within
+from drivers.red_pitaya.ports import peek
 from tests.kit.command_line import wait_for
 from tests.kit.scripted_daq_server import ScriptedDaqServer, answering, lines, listener, prove
 
@@ -267,18 +267,18 @@ def test_a_card_whose_answers_stay_away_still_hears_that_a_line_goes_low(serve):
     waiting = threading.Thread(target=waits)
     waiting.start()
     wait_for(lambda: heard == ["RP:ADC:WP?"])
-    connection.call_out([low])
+    connection.send_final([low])
     wait_for(lambda: heard == ["RP:ADC:WP?", low])
     connection.close()
     waiting.join()
-    connection.call_out([low])  # nobody is there, and nobody minds
+    connection.send_final([low])  # no server is left, and no error is raised
 
 
 def test_after_the_last_word_no_other_command_is_sent(serve):
     heard = []
 
     connection = opened(serve(noting(heard)))
-    connection.call_out([OFF])
+    connection.send_final([OFF])
     for of_no_use in (
         lambda: connection.ask("RP:DIO:PIN7:SIDEP ON"),
         lambda: connection.post("RP:INSTANTRESET:TRIGGERED?"),
@@ -362,7 +362,7 @@ class Halted:
                 threading.Thread(target=client, args=pair, daemon=True).start()
 
     def waiting(self):
-        """How many connections wait at each port; whoever has gone counts, too."""
+        """How many connections wait at each port; those that were closed count, too."""
         found = [0, 0]
         for k, each in enumerate(self._listeners):
             each.settimeout(0.1)
@@ -387,7 +387,7 @@ def test_a_server_that_stands_still_is_left_few_pairs_that_all_stay_open(stops):
                 take_over(connection, "127.0.0.1", server.ports, 0.3, ())
         assert server.gone.wait(0.1) is False
         assert server.waiting() == [WAITING, WAITING]
-        assert all(said_within(each, 0.0) != b"" for each in server.kept)
+        assert all(peek(each, 0.0) != b"" for each in server.kept)
 
 
 def watched(links):
@@ -429,7 +429,7 @@ def test_a_pair_that_waited_in_vain_for_a_server_that_is_started_anew_is_made_an
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root may forget a connection")
 def test_pairs_that_waited_in_vain_for_a_card_that_was_switched_off_and_on_are_made_anew():
-    """It has forgotten them, and told nobody: whoever only waits for their answers waits for ever."""
+    """It has dropped them without closing: a client that only waits for their answers waits for ever."""
     with halted() as (server, connection):
         for _ in range(2):
             with pytest.raises(DeviceTimeout):
@@ -541,7 +541,7 @@ def test_a_new_pair_is_connected_before_the_old_one_goes():
 
 
 def test_a_client_whose_data_connection_broke_stays_until_the_next_one_is_served():
-    """The server looks at its command socket when the recording is over, and hangs if somebody comes just then."""
+    """The server looks at its command socket when the recording is over, and hangs if a client connects just then."""
     with listener() as command, listener() as data:
         ports, order, broken = (command.getsockname()[1], data.getsockname()[1]), [], []
 

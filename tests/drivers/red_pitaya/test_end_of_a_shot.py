@@ -19,6 +19,14 @@ from drivers.red_pitaya.sequence import BoardProgram, Sine
 TRIGGERED, PLAYING, VOLTS = 8, 16, 0.1
 
 
+def sine(output: int, component: int, volts: float) -> Sine:
+    """Of 212 Hz."""
+    return Sine(output=output, component=component, frequency_hz=212.0, amplitude_v=volts, phase_rad=0.0)
+
+
+UNIT_SCALE = Scale(scale_v=np.ones(2, "f4"), offset_v=np.zeros(2, "f4"), calibrated=True, output=(1.0, 1.0), gain=1.0)
+
+
 class Server:
     """Answers like the real one, whose thread sees only at question `notices` that the card has been triggered: until
     then it does not say that it plays; at question `ends` it has zeroed the amplitudes, and at `rests` its memory."""
@@ -53,44 +61,44 @@ def armed(server: object, *sines: Sine) -> Board:
 @pytest.mark.parametrize("notices", [0, 7, 20])
 def test_a_server_that_has_not_noticed_the_trigger_yet_is_waited_for(notices: int) -> None:
     server = Server(notices, ends=20)
-    assert trigger.wait_for_sequences([armed(server, Sine(0, 0, 212.0, VOLTS, 0.0))], 5.0) == []
+    assert trigger.wait_for_sequences([armed(server, sine(0, 0, VOLTS))], 5.0) == []
     assert server.asked == 20
 
 
 def test_a_server_that_never_notices_it_is_an_error() -> None:
     with pytest.raises(DeviceTimeout, match="does not end"):
-        trigger.wait_for_sequences([armed(Server(10**6, 10**6), Sine(1, 2, 212.0, VOLTS, 0.0))], 0.05)
+        trigger.wait_for_sequences([armed(Server(10**6, 10**6), sine(1, 2, VOLTS))], 0.05)
 
 
 def test_the_samples_do_not_wait_until_the_memory_is_empty_and_the_next_shot_does() -> None:
     server = Server(2, ends=20, rests=50)
-    board = armed(server, Sine(0, 0, 212.0, VOLTS, 0.0))
+    board = armed(server, sine(0, 0, VOLTS))
     assert trigger.wait_for_sequences([board], 5.0) == []
     assert server.asked == 20
-    trigger.wait_for_rest([board], 5.0)
+    trigger.wait_until_cleared([board], 5.0)
     assert server.asked == 50
-    trigger.wait_for_rest([board], 5.0)
+    trigger.wait_until_cleared([board], 5.0)
     assert server.asked == 50, "a server that rests is not asked again"
 
 
 def test_the_next_shot_waits_a_moment_longer_than_the_server_says() -> None:
-    board = armed(Server(0, ends=1, rests=2), Sine(0, 0, 212.0, VOLTS, 0.0))
+    board = armed(Server(0, ends=1, rests=2), sine(0, 0, VOLTS))
     assert trigger.wait_for_sequences([board], 5.0) == []
     since = time.monotonic()
-    trigger.wait_for_rest([board], 5.0)
+    trigger.wait_until_cleared([board], 5.0)
     assert time.monotonic() - since >= trigger.REST_S
 
 
 def test_a_memory_that_is_never_empty_is_an_error_of_the_next_shot() -> None:
-    board = armed(Server(0, 1, rests=10**6), Sine(0, 0, 212.0, VOLTS, 0.0))
+    board = armed(Server(0, 1, rests=10**6), sine(0, 0, VOLTS))
     assert trigger.wait_for_sequences([board], 5.0) == []
     with pytest.raises(DeviceTimeout, match="shot before does not end"):
-        trigger.wait_for_rest([board], 0.05)
+        trigger.wait_until_cleared([board], 0.05)
 
 
 def test_a_server_that_sends_still_refuses_the_end_and_is_waited_for() -> None:
     server = Server(0, ends=3, sends=12)
-    assert trigger.wait_for_sequences([armed(server, Sine(0, 0, 212.0, VOLTS, 0.0))], 5.0) == []
+    assert trigger.wait_for_sequences([armed(server, sine(0, 0, VOLTS))], 5.0) == []
     assert server.asked == 12
 
 
@@ -98,24 +106,24 @@ def test_a_memory_may_be_emptied_though_the_status_asked_before_did_not_say_so()
     """A thread of the server that was late for all of a short sequence starts and ends it between two answers."""
     server = Server(6, ends=5, rests=9)
     server.asked = 4
-    board = armed(server, Sine(0, 0, 212.0, VOLTS, 0.0))
+    board = armed(server, sine(0, 0, VOLTS))
     assert trigger.wait_for_sequences([board], 5.0) == []
     assert board.clearing
-    trigger.wait_for_rest([board], 5.0)
+    trigger.wait_until_cleared([board], 5.0)
     assert server.asked == 9
 
 
 def test_one_board_empties_its_memory_while_the_other_plays() -> None:
     quick, slow = Server(0, ends=2, rests=3), Server(0, ends=30, rests=60)
-    boards = [armed(each, Sine(0, 0, 212.0, VOLTS, 0.0)) for each in (quick, slow)]
+    boards = [armed(each, sine(0, 0, VOLTS)) for each in (quick, slow)]
     assert trigger.wait_for_sequences(boards, 5.0) == []
     assert (quick.asked, slow.asked) == (2, 30)
-    trigger.wait_for_rest(boards, 5.0)
+    trigger.wait_until_cleared(boards, 5.0)
     assert (quick.asked, slow.asked) == (3, 60)
 
 
 class Arming:
-    """Takes what it is told; amplitudes read back as `volts`, one each."""
+    """Accepts every command; amplitudes read back as `volts`, one each."""
 
     def __init__(self, *volts: float) -> None:
         self._volts = list(volts)
@@ -128,10 +136,8 @@ class Arming:
 def test_amplitudes_that_were_zero_all_along_tell_of_no_end(volts: tuple[float, float], rests: int) -> None:
     table = card_table({"boards": [{"host": "127.0.0.1"}]})
     board, server = Board(table.boards[0], table, [], is_last=True), Server(0, ends=20, rests=50)
-    vars(board).update(
-        _connection=Arming(*volts), scale=Scale(np.ones(2, "f4"), np.zeros(2, "f4"), True, (1.0, 1.0), 1.0)
-    )
-    sines = tuple(Sine(k, 0, 212.0, v, 0.0) for k, v in enumerate(volts))
+    vars(board).update(_connection=Arming(*volts), scale=UNIT_SCALE)
+    sines = tuple(sine(k, 0, v) for k, v in enumerate(volts))
     board.arm(BoardProgram(16, np.zeros((1, 2), "f4"), np.ones((1, 2), "u1"), sines))
     vars(board).update(_connection=server)
     assert trigger.wait_for_sequences([board], 5.0) == []
@@ -152,25 +158,33 @@ def test_a_board_that_plays_nothing_is_over_at_once() -> None:
 
 
 class Slow:
-    """A board whose trigger goes only at question `gone`; notes what it is told."""
+    """A board whose trigger goes only at question `off_at`; records the commands it received."""
 
-    def __init__(self, gone: int) -> None:
-        self._gone, self.told, self._on, self._looks = gone, list[str](), True, 0
+    def __init__(self, off_at: int) -> None:
+        self._off_at = off_at
+        self.received: list[str] = []
+        self._on = True
+        self._looks = 0
 
     def ask_all(self, commands: Sequence[str], timeout_s: float | None = None) -> list[str | int | float]:
-        self.told += commands
+        self.received += commands
         if "RP:TRIGGER?" not in commands:
             return [1] * len(commands)
         self._looks += 1
-        return ["ON" if self._looks < self._gone else "OFF"]
+        return ["ON" if self._looks < self._off_at else "OFF"]
 
 
 def test_a_board_leaves_its_mode_only_when_its_trigger_has_gone() -> None:
     """Else the next sequence would begin at once, without a shot."""
     master, slave = Slow(1), Slow(4)
     trigger.end([armed(master), armed(slave)])
-    assert slave.told == ["RP:TRIGGER:ALIVE ON", *4 * ["RP:TRIGGER?"], "RP:TRIGGER:ALIVE OFF", "RP:MODE CONFIGURATION"]
-    assert master.told[:3] == ["RP:ADC:WP?", "RP:TRIGGER:ALIVE ON", "RP:TRIGGER OFF"]
+    assert slave.received == [
+        "RP:TRIGGER:ALIVE ON",
+        *4 * ["RP:TRIGGER?"],
+        "RP:TRIGGER:ALIVE OFF",
+        "RP:MODE CONFIGURATION",
+    ]
+    assert master.received[:3] == ["RP:ADC:WP?", "RP:TRIGGER:ALIVE ON", "RP:TRIGGER OFF"]
     with pytest.raises(DeviceTimeout, match="does not go from the board"):
         trigger.end([armed(Slow(1)), armed(Slow(10**9))])
 

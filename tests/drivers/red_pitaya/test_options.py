@@ -62,5 +62,11 @@ def test_a_card_that_another_daemon_holds_is_refused_before_it_is_connected():
     for same in ("127.0.0.1", "localhost"):
         with lock_card(same, port), pytest.raises(DeviceDenied, match="another daemon"):
             RedPitayaBackend({}).io_card({"boards": [board]})
-    with pytest.raises(DeviceNotFound):  # the lock is free again, only nobody listens
+    with pytest.raises(DeviceNotFound):  # the lock is free again, but no server listens
         RedPitayaBackend({}).io_card({"boards": [board]})
+
+
+@pytest.mark.parametrize("value", [True, False])
+def test_the_removed_option_for_shots_from_the_cards_memories_is_refused_by_name(value):
+    with pytest.raises(ConfigError, match=r"'replay_watchdog' is unknown.*removed.*remove io_card\.replay_watchdog"):
+        card_table({"boards": [{"host": "127.0.0.1"}], "replay_watchdog": value})

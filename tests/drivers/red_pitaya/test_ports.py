@@ -7,7 +7,7 @@ import socket
 import pytest
 
 from drivers.errors import DeviceNotFound
-from drivers.red_pitaya.ports import connect, said_within
+from drivers.red_pitaya.ports import connect, peek
 from tests.kit.scripted_daq_server import listener
 
 HIGH = 1100  # select takes none above 1023
@@ -25,13 +25,13 @@ def test_a_socket_of_a_process_with_many_files_is_not_taken_for_closed(many_file
     ours, theirs = socket.socketpair()
     with theirs, socket.socket(fileno=fcntl.fcntl(ours, fcntl.F_DUPFD, HIGH)) as high:
         ours.close()
-        assert said_within(high, 0.0) is None
+        assert peek(high, 0.0) is None
         theirs.sendall(b"x")
-        assert said_within(high, 1.0) == b"x"
+        assert peek(high, 1.0) == b"x"
         theirs.shutdown(socket.SHUT_RDWR)
         high.recv(1)
-        assert said_within(high, 1.0) == b""
-    assert said_within(high, 0.0) == b""
+        assert peek(high, 1.0) == b""
+    assert peek(high, 0.0) == b""
 
 
 @pytest.fixture
@@ -57,7 +57,7 @@ def test_a_name_is_asked_for_once_and_again_when_its_address_has_failed(names):
         port = first.getsockname()[1]
         for _ in range(2):
             connect("card.test", port).close()
-        known["card.test"] = "no-such-card.invalid"  # nobody answers such questions any more
+        known["card.test"] = "no-such-card.invalid"  # no name server answers any more
         connect("card.test", port).close()
         assert asked == ["card.test"]
     with pytest.raises(DeviceNotFound):

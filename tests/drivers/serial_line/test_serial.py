@@ -7,7 +7,7 @@ import threading
 import pytest
 import serial
 
-from drivers import contacts
+from drivers import relay
 from drivers.conformance import LnaContract
 from drivers.errors import (
     DeviceDenied,
@@ -122,7 +122,7 @@ def test_the_switch_goes_where_it_is_told_and_reads_back(terminal):
 
 
 def test_a_stuck_switch_is_a_fault(terminal, monkeypatch):
-    monkeypatch.setattr(contacts, "ARRIVAL_S", 0.01)
+    monkeypatch.setattr(relay, "ARRIVAL_S", 0.01)
     device = Switch()
     switch = SerialBackend({}).tx_rx_switch({"port": terminal(device)})
     device.stuck = True

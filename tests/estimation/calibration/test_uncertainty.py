@@ -11,12 +11,12 @@ import pytest
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
-from platform_daemon.analysis.fit import file_report, fit_frame, frame_report
-from platform_daemon.analysis.fit_request import FitRequest
+from platform_daemon.core.schemas.fits import unfitted
 from platform_daemon.estimation.calibration.uncertainty import systematic_std
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
-from platform_daemon.reports.fit_tables import fit_table_text
-from platform_daemon.schemas.fits import unfitted
+from platform_daemon.features.fit.fit import file_report, fit_frame, frame_report
+from platform_daemon.features.fit.fit_request import FitRequest
+from platform_daemon.features.fit.report import fit_table_text
 from tests.kit.ring_down_generator import RATE_HZ, Truth, dmdt, with_noise
 
 P = np.array([[1.12e-3, 8e-6, -5e-6], [-6e-6, 1.05e-3, 9e-6], [4e-6, -7e-6, 8.8e-4]])
@@ -87,7 +87,7 @@ def test_it_is_not_in_the_statistical_error(shot: tuple[str, Truth, NDArray[np.f
     assert unsure.systematic_std["m_r_am2"] > 0.4 * unsure.parameters["m_r_am2"].value
 
 
-def test_a_sensitivity_with_nothing_else_told_of_it_shares_its_largest_error(
+def test_a_sensitivity_without_further_information_shares_its_largest_error(
     shot: tuple[str, Truth, NDArray[np.float64]],
 ) -> None:
     variant, _, signal = shot
@@ -96,7 +96,7 @@ def test_a_sensitivity_with_nothing_else_told_of_it_shares_its_largest_error(
     assert fit.systematic_std["m_r_am2"] == pytest.approx(0.03 * fit.parameters["m_r_am2"].value)
 
 
-def test_a_calibration_that_tells_no_uncertainty_gives_none(shot: tuple[str, Truth, NDArray[np.float64]]) -> None:
+def test_a_calibration_without_uncertainty_gives_none(shot: tuple[str, Truth, NDArray[np.float64]]) -> None:
     variant, _, signal = shot
     fit = fitted(-P @ signal, variant, calibration(relative_std=None, p_std=None))
     assert fit.systematic_std == {}
@@ -109,7 +109,7 @@ def test_a_moment_that_was_held_has_none(shot: tuple[str, Truth, NDArray[np.floa
     assert fit_frame(-P @ signal, RATE_HZ, calibration(relative_std=0.01), ask).systematic_std == {}
 
 
-def test_reports_and_table_tell_it_beside_the_errors(shot: tuple[str, Truth, NDArray[np.float64]]) -> None:
+def test_reports_and_table_show_it_next_to_the_errors(shot: tuple[str, Truth, NDArray[np.float64]]) -> None:
     variant, _, signal = shot
     used, ask = calibration(relative_std=0.01), FitRequest(variant, "n50")
     fit = fitted(-P @ signal, variant, used)

@@ -43,6 +43,7 @@ def test_a_thread_whose_damping_is_mostly_friction_is_refused():
     assert "jewel_constant_friction reaches" in result.reason
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("periods", [6.5, 12.0, 40.0])
 def test_noise_of_any_smooth_colour_and_steps_of_an_encoder_are_noise(periods, seed):
@@ -70,7 +71,7 @@ def test_two_pendulums_in_one_angle_are_refused(other_hz):
     assert result.reason.startswith(("two_resonators", "model_does_not_explain"))
 
 
-def test_a_drift_of_the_zero_is_fitted_too_and_told():
+def test_a_drift_of_the_zero_is_fitted_too_and_noted():
     angle = swing(1.2, 40)
     result = fitted(angle + 0.1 * np.linspace(0, 1, angle.size) ** 2)
     assert any("drift fitted too" in note for note in result.notes)
@@ -84,7 +85,7 @@ def test_a_misfit_of_few_periods_is_not_taken_for_a_drift():
     assert not any("drift" in note for note in result.notes)
 
 
-def test_the_floor_is_the_noise_whatever_stands_at_the_harmonics():
+def test_the_floor_is_the_noise_for_any_misfit_at_the_harmonics():
     rng = np.random.default_rng(0)
     noise, time_s = rng.normal(0, 0.01, 4000), np.arange(4000) / RATE
     alone = noise_floor_of(noise, RATE, NATURAL_HZ)

@@ -57,6 +57,7 @@ def test_a_little_compression_passes_with_a_warning_that_says_how_much(variant):
     assert "residual_not_white" in names(result)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("variant", ["thread", "jewel"])
 @pytest.mark.parametrize("size", [0.05, 0.1])
 @pytest.mark.parametrize("shift_hz", [-20.0, 10.0])
@@ -177,7 +178,7 @@ def test_a_thread_with_a_little_friction_passes_with_a_warning_at_most(strength,
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_hum_beside_the_resonance_makes_no_other_variant(seed):
+def test_hum_near_the_resonance_makes_no_other_variant(seed):
     tone = 0.15 * np.sin(2 * np.pi * 200.0 * np.arange(round(0.24 * RATE_HZ)) / RATE_HZ + seed)
     result = fit(dmdt(THREAD, 0.24) + tone, "thread", seed=seed)
     assert code(result) == "good", result.reason
@@ -186,7 +187,7 @@ def test_hum_beside_the_resonance_makes_no_other_variant(seed):
 
 @pytest.mark.parametrize("degrees", [95.0, 108.0, 120.0, 135.0])
 @pytest.mark.parametrize("window", [0.1, 0.24, "d30"])
-def test_a_jewel_beyond_its_contact_is_told_so_however_far_beyond(degrees, window):
+def test_a_jewel_beyond_its_contact_is_refused_for_that_however_far_beyond(degrees, window):
     truth = random_truth(np.random.default_rng(int(degrees)), "jewel").with_(phi_max_rad=np.radians(degrees))
     result = fit(dmdt(truth, 0.6), "jewel", window=window)
     assert code(result) == "contact_lost", result.reason

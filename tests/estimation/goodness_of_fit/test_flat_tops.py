@@ -1,6 +1,7 @@
 """Tops that are cut off: flat in the samples, or flat under noise that was added after them."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,9 +50,7 @@ def test_a_torque_that_the_model_lacks_is_no_clipping(base, strength):
     truth = fit_ring_down(RingDownRecord(dmdt(TRUTHS[base.name], 0.24), RATE_HZ, "dmdt"), base, 0.24)
     model = base.with_terms("with drag", QUADRATIC_DRAG)
     state = truth.fitted.state
-    dynamics = type(state.dynamics)(
-        state.dynamics.w, state.dynamics.theta, state.dynamics.amplitude, (*state.dynamics.values, strength)
-    )
+    dynamics = replace(state.dynamics, values=(*state.dynamics.values, strength))
     lacking = type(truth.fitted)(model, type(state)(dynamics, state.observation, state.offsets))
     signal = type(truth)("good", fitted=lacking).model_signal(round(0.24 * RATE_HZ), RATE_HZ)
     noisy = signal + np.random.default_rng(0).normal(0, 0.002, signal.shape)

@@ -32,7 +32,7 @@ def test_a_hint_holds_lambda_in_a_window_that_cannot_tell_it_from_the_friction()
     assert hinted.parameters[tf].std < 0.1 * free.parameters[tf].std
 
 
-def test_a_hint_is_left_alone_where_the_window_tells_both():
+def test_a_hint_is_not_used_where_the_window_separates_both():
     free, hinted = fit(0.6), fit(0.6, hold_if_inseparable={"lambda_per_s": 5.0})
     assert hinted.parameters == free.parameters
     assert hinted.notes == free.notes
@@ -56,11 +56,3 @@ def test_a_thread_has_one_loss_only_and_needs_no_hint():
 def test_values_that_cannot_be_held_are_errors_that_name_them(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         fit(0.12, hold_if_inseparable=values)
-
-
-def test_the_former_name_does_the_same_and_says_that_it_is_the_former_one():
-    with pytest.warns(DeprecationWarning, match="hold_if_inseparable"):
-        former = fit(0.12, hints=KNOWN)
-    assert former.parameters == fit(0.12, hold_if_inseparable=KNOWN).parameters
-    with pytest.raises(ValueError, match="give one of them"):
-        fit(0.12, hints=KNOWN, hold_if_inseparable=KNOWN)

@@ -35,7 +35,7 @@ def fitted(truth, rng, seconds=0.1, variant="thread"):
     return result
 
 
-def told(result):
+def twin_warning(result):
     """(e_v . x, its standard deviation) of the warning; None without."""
     for warning in result.warnings:
         if warning.startswith("twin_undecided"):
@@ -53,9 +53,9 @@ def test_where_noise_decides_between_twins_the_result_says_so_with_the_right_err
     for _ in range(80):
         truth = random_truth(rng, "thread", deg_range=(15, 60)).with_(rodrigues=on_the_border(rng))
         result = fitted(truth, rng)
-        if told(result) is None:  # beyond 3 sigma by chance
+        if twin_warning(result) is None:  # beyond 3 sigma by chance
             continue
-        side, std = told(result)
+        side, std = twin_warning(result)
         assert side == pytest.approx(e_v_x(result), rel=0.06)
         pulls.append(side / std)
     assert len(pulls) > 76
@@ -69,7 +69,7 @@ def test_where_the_data_decide_there_is_no_such_warning(variant):
         truth = random_truth(rng, variant, deg_range=(25, 60))
         truth = truth if k % 2 else truth.with_(rodrigues=on_the_border(rng, off_rad=0.03))
         if abs(Rotation.from_rotvec(truth.rodrigues).as_matrix()[0, 1]) > 0.029:
-            assert told(fitted(truth, rng, variant=variant)) is None
+            assert twin_warning(fitted(truth, rng, variant=variant)) is None
 
 
 def test_a_bias_torque_changes_sign_with_the_twin():

@@ -12,13 +12,13 @@ from platform_daemon.estimation.goodness_of_fit.collinearity import (
     collinearity_warning,
     separating_window_s,
 )
-from platform_daemon.estimation.goodness_of_fit.verdict import public_parameters, residual_left
+from platform_daemon.estimation.goodness_of_fit.verdict import published_parameters, residual_left
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.parameters import Estimate
 from platform_daemon.estimation.physics.models import JEWEL as JEWEL_MODEL
+from platform_daemon.estimation.prepared_record import prepare_record
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.solve import find_minimum
-from platform_daemon.estimation.task import task_of
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, with_noise
 
 JEWEL = Truth(f_nat_hz=213.25, m_r_am2=0.01226, tf_over_i_rad_per_s2=1190.0, phi_max_rad=0.93, psi_start_rad=3.86)
@@ -59,12 +59,12 @@ def test_the_window_that_is_named_does_tell_the_losses_apart(seed):
     assert min(loss.std / abs(loss.value) for loss in losses) < 0.2
 
 
-def test_losses_that_no_window_tells_apart_are_said_to_be_so():
+def test_losses_that_no_window_separates_are_named():
     noise = NoiseModel.white(NOISE_SD, RATE_HZ)
     record = RingDownRecord(with_noise(dmdt(JEWEL, 0.24), np.random.default_rng(3)), RATE_HZ, "dmdt")
-    task = task_of(record, 0.24, noise, {})
-    problem, best = find_minimum(task, JEWEL_MODEL)
-    public, residual = public_parameters(task, problem, best), residual_left(task, problem, best)
+    prepared = prepare_record(record, 0.24, noise, {})
+    problem, best = find_minimum(prepared, JEWEL_MODEL)
+    public, residual = published_parameters(prepared, problem, best), residual_left(prepared, problem, best)
     tangle = CollinearLosses(("tf_over_i_rad_per_s2", "lambda_per_s"), -0.999)
 
     def window(times):
@@ -94,7 +94,7 @@ def test_a_fast_wide_swing_far_above_the_noise_leaves_a_white_residual(variant, 
     assert warnings_of(truth, variant, 0.24, scale) == ()
 
 
-def test_what_a_strong_signal_hides_in_its_harmonics_is_still_told():
+def test_what_a_strong_signal_hides_in_its_harmonics_is_still_reported():
     truth = Truth(f_nat_hz=930.0, m_r_am2=0.016, lambda_per_s=1.2, phi_max_rad=1.1, psi_start_rad=0.7)
     signal = dmdt(truth, 0.24)
     signal = with_noise(signal + 3e-6 * signal**2, np.random.default_rng(4), 0.02 * NOISE_SD)
@@ -103,6 +103,7 @@ def test_what_a_strong_signal_hides_in_its_harmonics_is_still_told():
     assert any("not_white" in w for w in result.warnings) or result.verdict == "refused"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("frequency_hz", "periods"), [(600.0, 6.2), (600.0, 20.0), (215.0, 20.0)])
 @pytest.mark.parametrize("variant", ["thread", "jewel"])
 def test_a_short_clean_record_whose_own_noise_is_seen_dimly_is_called_white(frequency_hz, periods, variant):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from platform_daemon.analysis.series.orientation import error_angle
 from platform_daemon.estimation.cramer_rao import MeasurementPlan, predict_precision
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.harmonic_estimator.demodulation import second_harmonic
@@ -16,6 +15,7 @@ from platform_daemon.estimation.physics.orbit import first_harmonic, frequency_r
 from platform_daemon.estimation.physics.ring_down import RingDown
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.features.fit.series.orientation import error_angle
 from tests.kit.harmonic_bias import bias_against_fit
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, rotation, with_noise
 

@@ -72,7 +72,7 @@ def test_passages_and_turning_points_are_found_in_coarse_steps_with_their_zero()
     angle = half_cycles(lambda p, v, sigma, _: -math.sin(p) - 0.02 * v, 1.5, s, 1e-11)[0] + 0.7
     coarse = np.round(angle / 0.05) * 0.05
     line = find_angle_frequency(coarse[None], 200.0)
-    cycles = find_half_cycles(coarse, 0, 1 / 200, line.frequency_hz)
+    cycles = find_half_cycles(coarse, first=0, dt_s=1 / 200, frequency_hz=line.frequency_hz)
     assert cycles.zero_rad == pytest.approx(0.7, abs=0.02)
     assert np.all(np.diff(np.abs(cycles.turning_rad)) < 0.03)
     assert np.all(np.sign(cycles.turning_rad[1:]) == -np.sign(cycles.turning_rad[:-1]))
@@ -85,7 +85,7 @@ def test_what_does_not_swing_is_refused(samples):
 
 
 @pytest.mark.parametrize("periods", [8, 14, pytest.param(30, marks=pytest.mark.long)])
-def test_errors_of_a_short_angle_record_are_honest_though_its_noise_was_not_told(periods):
+def test_errors_of_a_short_angle_record_are_honest_though_its_noise_was_not_given(periods):
     s = 0.7 + 2 * math.pi * np.arange(periods * 120) / 120
     angle = half_cycles(lambda p, v, sigma, _: -math.sin(p) - 0.01 * v, 1.0, s, 1e-11)[0]
     pulls = []

@@ -1,4 +1,4 @@
-"""Two minima of comparable chi2 are told; one minimum reached twice, or a clearly worse one, is not."""
+"""Two minima of comparable chi2 are reported; one minimum reached twice, or a clearly worse one, is not."""
 
 import numpy as np
 import pytest
@@ -24,10 +24,11 @@ def minimum(amplitude, chi2, w=1300.0, theta=1.0, loss=0.25):
     zero = np.zeros(3)
     fields = {"chi2": chi2, "gradient": np.zeros(SIZE), "matrix": 1e4 * np.eye(SIZE)}
     rest = {n: zero for n in NormalEquations.__dataclass_fields__ if n not in fields}
-    return progressive.Minimum(state, state, NormalEquations(**fields, **rest), None)
+    normal = NormalEquations(**fields, **rest)
+    return progressive.Minimum(state=state, tabulated=state, normal=normal, moments=None)
 
 
-def test_distinct_minima_of_comparable_chi2_are_told():
+def test_distinct_minima_of_comparable_chi2_are_reported():
     (warning,) = ambiguity([minimum(0.5, 1600.0), minimum(0.9, 1610.0)], THREAD, FREE, DEGREES)
     assert warning.startswith("start_ambiguous: chi2/dof = 1.6 at")
     assert "51.6 deg" in warning
@@ -47,7 +48,7 @@ def test_one_minimum_and_clearly_worse_ones_are_not(found):
     assert ambiguity(found, THREAD, FREE, DEGREES) == ()
 
 
-def test_what_was_held_tells_nothing():
+def test_a_held_parameter_does_not_distinguish_minima():
     free = FREE.copy()
     free[2] = False
     assert ambiguity([minimum(0.5, 1600.0), minimum(0.9, 1600.0)], THREAD, free, DEGREES) == ()

@@ -52,7 +52,7 @@ class Vector:
     """The optimiser's state for a regression: what fit_progressively reads of a FitState."""
 
     b: np.ndarray
-    dynamics = MotionParameters(1.0, 0.0, 1.0, ())
+    dynamics = MotionParameters(w=1.0, theta=0.0, amplitude=1.0, values=())
     observation = SimpleNamespace(ties_amplitude=True, size=0, bend=lambda step: 0.0)
 
     @property
@@ -104,12 +104,12 @@ class Regression:
         squares = np.array([residual @ residual])
         weight = self.sd**-2.0
         normal = NormalEquations(
-            float(weight * squares[0]),
-            weight * squares,
-            squares,
-            weight * jacobian.T @ residual,
-            weight * jacobian.T @ jacobian,
-            self.n,
+            chi2=float(weight * squares[0]),
+            chi2_by_channel=weight * squares,
+            squares_by_channel=squares,
+            gradient=weight * jacobian.T @ residual,
+            matrix=weight * jacobian.T @ jacobian,
+            samples=self.n,
         )
         return Evaluation(state, None, normal)
 
@@ -130,7 +130,7 @@ def digits(value, certified):
 def solved(name, start):
     problem = Regression(name)
     state = Vector(np.array(problem.certified.starts[start]))
-    return problem, fit_progressively(problem, state, 1e9, problem.n)
+    return problem, fit_progressively(problem, state, start_periods=1e9, last=problem.n)
 
 
 def check(problem, best):

@@ -17,7 +17,7 @@ def swinging(seconds, rate, *, counts, noise, f_hz=1.3, loss=0.02, seed=0):
 
 @pytest.mark.parametrize("noise", [0.3, 1.0, 2.0])
 @pytest.mark.parametrize(("seconds", "rate"), [(118.0, 1000.0), (100.0, 10_000.0), (60.0, 100.0), (8.0, 60.0)])
-def test_white_noise_and_the_steps_of_an_encoder_are_told_to_a_tenth(seconds, rate, noise):
+def test_white_noise_and_the_steps_of_an_encoder_are_measured_to_a_tenth(seconds, rate, noise):
     read, sd = swinging(seconds, rate, counts=800, noise=noise)
     assert estimate_noise(RingDownRecord(read[None], rate, "angle")).sd[0] == pytest.approx(sd, rel=0.12)
 

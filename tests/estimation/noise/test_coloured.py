@@ -48,7 +48,7 @@ def test_white_noise_is_taken_for_white_and_its_level_is_that_of_all_frequencies
 def test_a_spectrum_known_exactly_is_taken_at_its_word():
     grid = np.array([0.0, 300.0, 30000.0])
     density = np.array([[4.0, 1.0, 1.0]]) * 2.0 / RATE_HZ
-    noise = NoiseModel(np.array([1.0]), grid, density)
+    noise = NoiseModel(sd=np.array([1.0]), frequency_hz=grid, psd=density)
     assert sd_at(noise, np.array([150.0, 1000.0]), RATE_HZ) == pytest.approx(np.sqrt([[2.5, 1.0]]))
 
 
@@ -94,7 +94,9 @@ def test_weighting_by_harmonic_scatters_less_than_one_weight_per_channel_where_o
     make, density = band(380.0, 480.0, height=400.0)
     grid = np.linspace(0.0, RATE_HZ / 2, 4000)
     broad = np.sqrt(np.mean(density(grid[1:])))
-    known = NoiseModel(broad * NOISE_SD, grid, np.outer(2 * NOISE_SD**2 / RATE_HZ, density(np.maximum(grid, 1.0))))
+    known = NoiseModel(
+        sd=broad * NOISE_SD, frequency_hz=grid, psd=np.outer(2 * NOISE_SD**2 / RATE_HZ, density(np.maximum(grid, 1.0)))
+    )
     plain = NoiseModel.white(broad * NOISE_SD, RATE_HZ)
     misses = {"known": [], "plain": []}
     for seed in range(60):
@@ -110,7 +112,9 @@ def test_noise_that_is_known_to_be_white_changes_nothing():
     signal = with_noise(dmdt(Truth(), 0.24), np.random.default_rng(0))
     record = RingDownRecord(signal, RATE_HZ, "dmdt")
     flat = NoiseModel.white(NOISE_SD, RATE_HZ)
-    measured = NoiseModel(flat.sd, np.linspace(0, RATE_HZ / 2, 2001), np.repeat(flat.psd[:, :1], 2001, axis=1))
+    measured = NoiseModel(
+        sd=flat.sd, frequency_hz=np.linspace(0, RATE_HZ / 2, 2001), psd=np.repeat(flat.psd[:, :1], 2001, axis=1)
+    )
     one, other = (fit_ring_down(record, "thread", noise=n) for n in (flat, measured))
     assert {n: e.value for n, e in one.parameters.items()} == {n: e.value for n, e in other.parameters.items()}
     assert np.array_equal(one.covariance, other.covariance)

@@ -1,11 +1,10 @@
-"""Noise is measured beside the signal."""
+"""Noise is measured between the harmonics of the signal."""
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from platform_daemon.estimation.noise.level_uncertainty import level_sd
-from platform_daemon.estimation.noise.model import NoiseModel, estimate_noise
+from platform_daemon.estimation.noise.model import NoiseModel, estimate_noise, level_sd
 from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 
@@ -77,8 +76,9 @@ def test_white_noise_of_known_size_integrates_to_its_variance():
     assert np.allclose(np.trapezoid(noise.psd, noise.frequency_hz, axis=1), NOISE_SD**2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("frequency_hz", "periods"), [(600.0, 6.2), (215.0, 8.0), (215.0, 60.0)])
-def test_how_well_a_level_is_known_is_told_by_the_noise_model(frequency_hz, periods):
+def test_the_noise_model_knows_the_uncertainty_of_its_level(frequency_hz, periods):
     rng, truth = np.random.default_rng(7), Truth(f_nat_hz=frequency_hz)
     clean = dmdt(truth, periods / frequency_hz)
     models = [noise_of(with_noise(clean, rng)) for _ in range(40)]

@@ -1,4 +1,4 @@
-"""One noise model per series: from blank shots, else from all shots beside their signals."""
+"""One noise model per series: from blank shots, else from all shots, between the harmonics."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_nothing_is_known_before_the_first_shot():
     assert noise.for_shot(record(white_shots(CLEAN, 1)[0])).model is None
 
 
-def test_a_series_without_blank_shots_pools_what_stands_beside_the_signals():
+def test_a_series_without_blank_shots_pools_the_noise_between_the_harmonics_of_all():
     noise = series(white_shots(CLEAN, 8))
     assert noise.model.source == "8 shots, beside the signal"
     assert noise.model.sd == pytest.approx(NOISE_SD, rel=0.01)
@@ -148,6 +148,7 @@ def tone(frequency_hz, rng):
     return np.array([[0.05], [0.03], [0.1]]) * np.sin(phase)
 
 
+@pytest.mark.long
 def test_a_tone_too_near_to_the_signal_to_be_seen_there_is_known_from_blank_shots():
     rng = np.random.default_rng(4)
     noise = series([with_noise(tone(200.0, rng), rng) for _ in range(4)], blank=True)

@@ -1,4 +1,4 @@
-"""Mains hum, other steady tones and drift: found where they are, nowhere else, and fitted beside the signal."""
+"""Mains hum, other steady tones and drift: found where they are, nowhere else, and fitted together with the signal."""
 
 import math
 
@@ -65,7 +65,7 @@ def test_what_changes_its_pitch_is_not_steady():
 
 @pytest.mark.parametrize("frequency_hz", [201.0, 212.5, 412.0, 424.0, 630.0])
 def test_nothing_is_taken_from_where_a_harmonic_sweeps(frequency_hz):
-    zones = Zones(200.0, 213.0, 15.0)
+    zones = Zones(low_hz=200.0, high_hz=213.0, margin_hz=15.0)
     r = blocks(2) + 3.0 * SIDES * np.sin(2 * np.pi * frequency_hz * seconds())
     assert find_tones(r, BLOCK_RATE_HZ, zones).size == 0
     assert find_tones(r, BLOCK_RATE_HZ, None).size == 1
@@ -150,6 +150,7 @@ def test_hum_of_five_periods_is_hum_and_no_drift(hum_hz):
     assert np.sqrt(np.mean(np.square(pulls))) < 1.4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("variant", CASES)
 def test_clean_records_have_nothing_removed(variant):
     _, results = draw(variant, lambda n, rng: 0.0, 200)

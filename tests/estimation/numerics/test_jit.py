@@ -1,5 +1,6 @@
 """Kernels are compiled late, and never stale."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,7 @@ from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.moments.tabulated import collect_half_cycles
 from platform_daemon.estimation.numerics import jit
 from platform_daemon.estimation.numerics.jit import part
-from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.estimation.physics.torques import AUTONOMOUS, TIMED
 from platform_daemon.estimation.physics.trajectory.basis_functions import fill_basis
 from platform_daemon.estimation.physics.trajectory.direct import Trajectory
 from platform_daemon.estimation.physics.trajectory.direct_chain import trace_half_cycles
@@ -25,8 +26,8 @@ def test_the_cache_of_every_kernel_depends_on_the_sources_of_all_kernels():
     assert stamps == {jit.sources_digest()}
 
 
-def test_every_torque_term_counts_as_a_source_of_kernels():
-    for term in TERMS.values():
+def test_every_inlined_torque_term_counts_as_a_source_of_kernels():
+    for term in (*AUTONOMOUS, *TIMED):
         assert jit.has_kernels(Path(sys.modules[term.function.__module__].__file__).read_bytes()), term.name
 
 
@@ -55,9 +56,21 @@ def test_a_part_is_compiled_once_whatever_the_options_of_its_callers_and_is_plai
 
 
 def test_the_made_up_record_passes_as_clean_so_that_no_more_than_a_clean_fit_needs_is_compiled_first(monkeypatch):
-    def asked(*_args, **_keys):
+    def traced(*_args, **_keys):
         raise AssertionError("the residual was looked into")
 
-    monkeypatch.setattr(Trajectory, "__init__", asked)
+    monkeypatch.setattr(Trajectory, "__init__", traced)
     record, noise = synthetic_record()
     assert fit_ring_down(record, "thread", noise=noise).verdict == "good"
+
+
+def test_without_compilation_kernels_are_plain_python():
+    program = (
+        "from platform_daemon.estimation.numerics.jit import kernel, part, fast_kernel, fast_part, inlined\n"
+        "import platform_daemon.estimation.fit, sim_backend.rotor.motion\n"
+        "for decorate in (kernel, part, fast_kernel, fast_part, inlined):\n"
+        "    assert decorate(lambda x: -x)(-1) == 1\n"
+    )
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")

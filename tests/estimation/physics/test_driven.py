@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from platform_daemon.estimation import DrivenModel, NoPlanError, model_named, plan_for_all
-from platform_daemon.estimation.physics.driven import plan_phase
+from platform_daemon.estimation.physics.driven import DrivenModel, NoPlanError, plan_for_all, plan_phase
+from platform_daemon.estimation.physics.models import model_named
 
 W, LAMBDA = 2 * math.pi * 212.0, 0.25
 PUSH = 11e-3 / 9.92e-11 * 100e-6

@@ -27,7 +27,7 @@ def record_of(truth, seconds=0.3, seed=0):
 
 def simulated(model, values, amplitude=0.6, seconds=0.5, seed=0):
     """A noisy shot of a model that the independent generator does not know."""
-    dynamics = MotionParameters(2 * math.pi * 215.0, 1.0, amplitude, values)
+    dynamics = MotionParameters(w=2 * math.pi * 215.0, theta=1.0, amplitude=amplitude, values=values)
     n = round(seconds * RATE_HZ)
     local = 0.012 * dynamics.w * Trajectory(model, dynamics, seconds).basis(0, n, 1 / RATE_HZ, 0)[:2]
     signal = np.stack([0.8 * local[0], 0.6 * local[0], local[1]])

@@ -39,6 +39,15 @@ def test_the_amplitude_envelope_passes_through_all_turning_points(ring_down):
     assert np.all(np.diff(envelope.amplitude_rad) <= 1e-12)
 
 
+@pytest.mark.parametrize("model", [thread, jewel])
+@pytest.mark.parametrize("psi_rad", np.arange(0.0, 2.0 * math.pi, 0.7))
+def test_no_amplitude_is_negative_whatever_the_phase(model, psi_rad):
+    envelope = envelopes(model(psi_start_rad=psi_rad), 0.3, 51)
+    for amplitude in (envelope.amplitude_rad, envelope.v_am2_per_s, envelope.u_am2_per_s):
+        assert amplitude.min() >= 0.0
+        assert amplitude[0] > 0.0
+
+
 @pytest.mark.parametrize("ring_down", [thread(), jewel()])
 def test_the_signal_envelopes_touch_the_peaks_of_the_signals(ring_down):
     seconds, n = 0.05, 50001

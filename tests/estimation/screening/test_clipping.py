@@ -51,8 +51,8 @@ def test_a_few_samples_at_full_scale_are_a_warning_many_a_refusal(clipped):
     signal = signal[:, : round(0.24 * RATE_HZ)]
     limit = np.sort(np.abs(signal).ravel())[-clipped] if clipped else 2 * np.abs(signal).max()
     found = fit_ring_down(RingDownRecord(np.clip(signal, -limit, limit), RATE_HZ, "dmdt", full_scale=limit), "thread")
-    told = [w for w in found.warnings if w.startswith(f"saturated: {clipped} samples")]
-    assert (found.verdict, len(told)) == (("good", 1 if clipped else 0) if clipped < 8 else ("refused", 0))
+    clipping_warnings = [w for w in found.warnings if w.startswith(f"saturated: {clipped} samples")]
+    assert (found.verdict, len(clipping_warnings)) == (("good", 1 if clipped else 0) if clipped < 8 else ("refused", 0))
     assert clipped < 8 or found.reason.startswith("saturated")
 
 

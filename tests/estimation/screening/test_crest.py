@@ -28,18 +28,20 @@ def test_the_crest_factor_is_that_of_the_waveform_in_noise_and_with_a_frequency_
     true = np.abs(y).max() / math.sqrt(np.mean(y**2))
     noisy = with_noise(signal, rng)[channel]
     for wrong in (0.96, 1.0, 1.04):
-        assert crest_factor(noisy, y.size // 2, RATE_HZ, wrong * f) == pytest.approx(true, rel=0.012)
+        assert crest_factor(noisy, centre=y.size // 2, rate_hz=RATE_HZ, frequency_hz=wrong * f) == pytest.approx(
+            true, rel=0.012
+        )
 
 
 def test_the_crest_factor_of_a_sine_is_the_root_of_two_at_any_level_and_offset():
     y = 3.0 + 1e-3 * np.sin(2 * math.pi * 210 * np.arange(5000) / RATE_HZ)
-    assert crest_factor(y, 2000, RATE_HZ, 205.0) == pytest.approx(math.sqrt(2), rel=2e-3)
+    assert crest_factor(y, centre=2000, rate_hz=RATE_HZ, frequency_hz=205.0) == pytest.approx(math.sqrt(2), rel=2e-3)
 
 
 @pytest.mark.parametrize(("samples", "frequency_hz"), [(500, 210.0), (20000, RATE_HZ / 4.5)])
 def test_too_few_periods_or_samples_have_no_crest_factor(samples, frequency_hz):
     y = np.sin(2 * math.pi * frequency_hz * np.arange(samples) / RATE_HZ)
-    assert crest_factor(y, samples // 2, RATE_HZ, frequency_hz) is None
+    assert crest_factor(y, centre=samples // 2, rate_hz=RATE_HZ, frequency_hz=frequency_hz) is None
 
 
 def peaks_decayed_s(signal, f):

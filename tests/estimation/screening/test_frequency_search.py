@@ -16,7 +16,9 @@ def test_the_search_finds_the_fundamental_though_its_second_harmonic_be_stronger
     turn = 2.0 * np.pi * frequency_hz * STEP_S * np.arange(240)
     data = np.stack([5.0 + np.cos(turn), second * np.sin(2.0 * turn + 0.4)])
     centre = 2.0 * np.pi * 210.0
-    found = best_frequency(data, STEP_S, 0.88 * centre, 1.12 * centre, np.ones(2)) / (2.0 * np.pi)
+    found = best_frequency(data, step_s=STEP_S, lowest=0.88 * centre, highest=1.12 * centre, weights=np.ones(2)) / (
+        2.0 * np.pi
+    )
     resolved_hz = 1.0 / (240 * STEP_S)
     assert found == pytest.approx(frequency_hz, abs=0.1 * resolved_hz)
 

@@ -121,12 +121,12 @@ def turned(of, ratio, size, **changes):
     "ratio", [0.3, 1.95, 3.53, *(pytest.param(r, marks=pytest.mark.campaign) for r in (2.97, 4.19, 5.4))]
 )
 @pytest.mark.parametrize("size", [0.06, 0.2])
-def test_a_second_resonator_is_refused_with_its_size_beside_harmonics_and_far_above_them(of, variant, ratio, size):
+def test_a_second_resonator_is_refused_with_its_size_near_harmonics_and_far_above_them(of, variant, ratio, size):
     result = fit(dmdt(of, 0.24) + dmdt(turned(of, ratio, size), 0.24), variant)
     assert result.reason.startswith("two_resonators"), result.reason
     assert any(f == pytest.approx(ratio * of.f_nat_hz, rel=0.01) for f in frequencies(result.reason))
-    told = float(re.search(r"with ([\d.e+]+) %", result.reason)[1])
-    assert told == pytest.approx(100.0 * size, rel=0.15)
+    reported = float(re.search(r"with ([\d.e+]+) %", result.reason)[1])
+    assert reported == pytest.approx(100.0 * size, rel=0.15)
 
 
 def test_a_second_resonator_that_takes_most_of_the_power_is_refused_by_name():
@@ -135,17 +135,17 @@ def test_a_second_resonator_that_takes_most_of_the_power_is_refused_by_name():
 
 
 @pytest.mark.parametrize(("of", "variant"), [(THREAD, "thread"), (JEWEL, "jewel")])
-def test_beside_a_side_mode_the_warning_says_what_the_losses_really_are(of, variant):
+def test_with_a_side_mode_the_warning_says_what_the_losses_really_are(of, variant):
     result = fit(dmdt(of, 0.24) + dmdt(turned(of, 1.01, 0.006), 0.24), variant)
     assert result.verdict == "good", result.reason
     (warning,) = [w for w in result.warnings if w.startswith("side_mode")]
-    told = dict(re.findall(r"beside it (\w+) is ([-\d.e+]+)", warning))
+    reported = dict(re.findall(r"beside it (\w+) is ([-\d.e+]+)", warning))
     losses = [n for n in ("lambda_per_s", "tf_over_i_rad_per_s2") if n in result.parameters]
-    assert sorted(told) == sorted(losses)
+    assert sorted(reported) == sorted(losses)
     for name in losses:
         estimate, truth = result.parameters[name], of.value(name)
         assert abs(estimate.value - truth) > 5.0 * estimate.std
-        assert abs(float(told[name]) - truth) < 0.2 * abs(estimate.value - truth)
+        assert abs(float(reported[name]) - truth) < 0.2 * abs(estimate.value - truth)
 
 
 def test_a_side_mode_that_moves_a_loss_by_more_than_half_is_refused():

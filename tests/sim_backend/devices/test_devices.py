@@ -50,7 +50,7 @@ def test_starting_before_the_contacts_are_home_loses_drive_as_in_reality():
     bench.card.arm()
     bench.card.trigger()
     bench.card.read(10**6)
-    stages = bench.backend.world.player.result()[1].cuts
+    stages = bench.backend.world.shot_simulator.result()[1].cuts
     assert stages[0].position is SwitchPosition.MOVING
     assert stages[0].stop_s == pytest.approx(3e-3)
 
@@ -91,7 +91,7 @@ def test_muting_in_the_middle_of_the_burst_ends_the_drive_there():
     bench.card.read(10**6)
     half, full = bench.truth()["amplitude_tx_end_rad"], whole.truth()["amplitude_tx_end_rad"]
     assert 0.3 * full < half < 0.7 * full
-    kept = bench.backend.world.player.result()[1].heard.volts[:, : TX // 2]
+    kept = bench.backend.world.shot_simulator.result()[1].received.volts[:, : TX // 2]
     assert np.array_equal(head.volts, kept)
 
 
@@ -172,8 +172,8 @@ def test_muting_after_the_burst_does_not_touch_the_shot():
     bench, calm = Bench("thread"), Bench("thread")
     bench.start(bench.line_up(rx=610))
     head = bench.card.read(TX + 10)
-    before = bench.backend.world.player.result()[1]
+    before = bench.backend.world.shot_simulator.result()[1]
     bench.amplifier.disable()
     rest = bench.card.read(10**6)
-    assert bench.backend.world.player.result()[1] is before
+    assert bench.backend.world.shot_simulator.result()[1] is before
     assert np.array_equal(np.concatenate([head.volts, rest.volts], axis=1), calm.shot(rx=610).astype(np.float32))

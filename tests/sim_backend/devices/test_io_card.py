@@ -102,7 +102,7 @@ def test_stop_ends_the_shot_and_the_rotor_goes_on_swinging_freely():
     truth = bench.truth()
     assert truth["amplitude_tx_end_rad"] is None
     assert 0.05 < truth["amplitude_end_rad"] < 0.3
-    assert bench.backend.world.unit.resting.phi_dot_rad_per_s != 0.0
+    assert bench.backend.world.unit.rotor_state.phi_dot_rad_per_s != 0.0
 
 
 def test_samples_before_a_stop_are_those_of_the_whole_shot():
@@ -112,7 +112,9 @@ def test_samples_before_a_stop_are_those_of_the_whole_shot():
     head = bench.card.read(2000).volts
     bench.card.stop()
     assert np.array_equal(whole[:, :2000], head)
-    assert np.array_equal(bench.backend.world.player.result()[1].heard.volts, whole[:, :2000].astype(np.float32))
+    assert np.array_equal(
+        bench.backend.world.shot_simulator.result()[1].received.volts, whole[:, :2000].astype(np.float32)
+    )
 
 
 def test_stop_from_another_thread_wakes_a_blocked_read_in_real_time():

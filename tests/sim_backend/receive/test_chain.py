@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 
 from sim_backend.options import ChainOptions
-from sim_backend.receive.chain import frequency_response, partials, receive_v
-from sim_backend.rotor.motion import G_U, SPEED, START, move
+from sim_backend.receive.chain import partials, receive_v
+from sim_backend.receive.response import frequency_response
+from sim_backend.rotor.motion import move
+from sim_backend.rotor.pieces import G_U, SPEED, START
 from sim_backend.rotor.rotor import effective
 from sim_backend.rotor.torque import SLOTS, STIFFNESS, parameters
 from sim_backend.rotor.trajectory import states

@@ -11,14 +11,14 @@ N = 12000
 T = np.arange(N) / CLOCK.rate_hz
 
 
-def heard(*tables, variant="thread", rx=N, **changes):
+def received(*tables, variant="thread", rx=N, **changes):
     """RX window, (3, n) V, of the first shot of a quiet world with these effects."""
     return Bench(variant, **QUIET | changes, undeclared=list(tables)).shot(rx=rx)[:, RX:]
 
 
 @pytest.fixture(scope="module")
 def clean():
-    return heard()
+    return received()
 
 
 @pytest.fixture(scope="module")
@@ -38,14 +38,14 @@ def tone_at(signal, frequency_hz, first=0):
 
 
 def test_channel_gain_scales_its_channel_only(clean):
-    volts = heard({"id": "channel_gain", "strength": 0.03, "axis": "x"})
+    volts = received({"id": "channel_gain", "strength": 0.03, "axis": "x"})
     assert volts[0] == pytest.approx(1.03 * clean[0], abs=STEP)
     assert np.array_equal(volts[1:], clean[1:])
 
 
 def test_channel_gain_of_a_band_scales_one_harmonic_only(clean):
     band = {"id": "channel_gain", "strength": 0.05, "frequency_hz": 430.0, "width_hz": 200.0}
-    change = heard(band) - clean
+    change = received(band) - clean
     u, v = (effective(specimen("thread")).rotation[:, k] for k in (0, 1))
     calibration = Bench("thread").calibration.sensitivity
     even, odd = (row @ np.linalg.solve(calibration, clean) for row in (u, v))
@@ -56,26 +56,26 @@ def test_channel_gain_of_a_band_scales_one_harmonic_only(clean):
 
 def test_a_band_of_everything_is_a_gain(clean):
     band = {"id": "channel_gain", "strength": 0.05, "axis": "y", "frequency_hz": 100.0, "width_hz": 40e3}
-    volts = heard(band)
+    volts = received(band)
     assert volts[1] == pytest.approx(1.05 * clean[1], abs=1e-5 * np.abs(clean[1]).max())
     assert np.array_equal(volts[[0, 2]], clean[[0, 2]])
 
 
 def test_crosstalk_adds_a_share_of_one_channel_to_another(clean):
-    volts = heard({"id": "crosstalk", "strength": -0.02, "from": "x", "to": "z"})
+    volts = received({"id": "crosstalk", "strength": -0.02, "from": "x", "to": "z"})
     assert volts[2] == pytest.approx(clean[2] - 0.02 * clean[0], abs=STEP)
     assert np.array_equal(volts[:2], clean[:2])
 
 
 def test_channel_delay_is_the_signal_of_earlier(clean):
-    volts = heard({"id": "channel_delay", "strength": 3 / CLOCK.rate_hz, "axis": "x"})
+    volts = received({"id": "channel_delay", "strength": 3 / CLOCK.rate_hz, "axis": "x"})
     assert volts[0, 3:] == pytest.approx(clean[0, :-3], abs=STEP)
     assert np.array_equal(volts[1:], clean[1:])
 
 
 def test_receive_lowpass_is_one_pole_that_the_calibration_does_not_know(clean):
     table = {"id": "receive_lowpass", "strength": 2e-5}
-    volts = heard(table)
+    volts = received(table)
     rate = np.gradient(volts[0], 1 / CLOCK.rate_hz)
     inner = slice(100, -100)
     assert (volts[0] + 2e-5 * rate)[inner] == pytest.approx(clean[0][inner], abs=3e-5 * np.abs(clean).max())
@@ -83,10 +83,10 @@ def test_receive_lowpass_is_one_pole_that_the_calibration_does_not_know(clean):
 
 
 def test_receiver_compression_is_its_formula(clean):
-    volts = heard({"id": "receiver_compression", "strength": 0.5, "axis": "x"})
+    volts = received({"id": "receiver_compression", "strength": 0.5, "axis": "x"})
     assert volts[0] == pytest.approx(clean[0] * (1 - 0.5 * clean[0] ** 2), abs=STEP)
     assert np.array_equal(volts[1:], clean[1:])
-    top = heard({"id": "receiver_compression", "strength": 50.0})
+    top = received({"id": "receiver_compression", "strength": 50.0})
     assert np.abs(top).max() == pytest.approx(2 / 3 * 150.0**-0.5, rel=1e-3)
 
 
@@ -112,19 +112,19 @@ def tones(rows, frequency_hz):
 
 def test_a_side_mode_starts_with_the_ring_down_and_decays(clean, per_am2):
     table = {"id": "side_mode", "strength": 0.3, "frequency_hz": 137.0, "tau_s": 0.05, "axis": "z", "phase_rad": 0.4}
-    change = heard(table) - clean
+    change = received(table) - clean
     wanted = 0.3 * per_am2[2] * np.exp(-T / 0.05) * np.cos(2 * np.pi * 137.0 * T + 0.4)
     assert change[2] == pytest.approx(wanted, abs=STEP)
     assert np.abs(change[:2]).max() == 0.0
 
 
 def test_a_switch_transient_decays_from_its_height_at_the_first_sample(clean, per_am2):
-    change = heard({"id": "switch_transient", "strength": -0.5, "tau_s": 3e-3}) - clean
+    change = received({"id": "switch_transient", "strength": -0.5, "tau_s": 3e-3}) - clean
     assert change == pytest.approx(-0.5 * per_am2[:, None] * np.exp(-T / 3e-3), abs=STEP)
 
 
 def test_after_a_clock_gap_the_samples_are_those_of_later_up_to_the_end():
-    longer, gapped = heard(rx=N + 7), heard({"id": "clock_gap", "strength": 7, "sample": 5000})
+    longer, gapped = received(rx=N + 7), received({"id": "clock_gap", "strength": 7, "sample": 5000})
     assert np.array_equal(gapped[:, :5000], longer[:, :5000])
     assert gapped[:, 5000:] == pytest.approx(longer[:, 5007 : N + 7], abs=STEP)
 
@@ -149,7 +149,7 @@ def test_the_card_does_not_notice_a_clock_gap():
     ],
 )
 def test_a_strength_of_zero_changes_no_bit(table, clean):
-    assert np.array_equal(heard({**table, "strength": 0.0}), clean)
+    assert np.array_equal(received({**table, "strength": 0.0}), clean)
 
 
 def test_neither_calibration_nor_specimen_know_of_undeclared_effects():

@@ -59,7 +59,7 @@ def test_hum_stands_at_its_frequencies_with_its_amplitudes_and_runs_on_in_world_
 def test_volts_are_minus_p_times_dm_dt_at_the_sample_instants():
     bench = Bench("jewel", **QUIET)
     volts = bench.shot(rx=6000)
-    _, result = bench.backend.world.player.result()
+    _, result = bench.backend.world.shot_simulator.result()
     phi, phi_dot = states(result.pieces, np.arange(RX, RX + 6000) / CLOCK.rate_hz)
     rotor = effective(specimen("jewel"))
     local = rotor.m_r_am2 * phi_dot * np.stack([-np.sin(phi), np.cos(phi)])

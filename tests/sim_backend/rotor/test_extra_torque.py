@@ -23,7 +23,7 @@ START = (0.41, 30.0)
 
 
 def effects(*tables):
-    return validated(SimulatedOptions, options(undeclared=list(tables)), "backends.simulated").undeclared
+    return validated(SimulatedOptions, options(undeclared=list(tables)), "backends.simulated").hidden_effects
 
 
 def torques(name, *tables, drift_from_s=None):

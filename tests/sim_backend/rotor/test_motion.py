@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from drivers.errors import DeviceError
-from sim_backend.rotor import motion
 from sim_backend.rotor.motion import move
+from sim_backend.rotor.pieces import ANGLE, LENGTH, SPEED
 from sim_backend.rotor.rotor import effective
 from sim_backend.rotor.torque import DAMPING, HERTZ, MOMENT, SLOTS, STIFFNESS, field, parameters
 from sim_backend.rotor.trajectory import energy_amplitude_rad, largest_angle_rad, states
@@ -114,9 +114,9 @@ def test_period_of_a_large_swing_is_the_complete_elliptic_integral():
 
 def test_turning_points_are_pieces_boundaries_with_exactly_zero_speed():
     pieces = move(0.0, 0.05, 0.5, 0.0, oscillator(hertz=2e3)).pieces
-    turns = pieces[pieces[:, motion.SPEED] == 0.0]
+    turns = pieces[pieces[:, SPEED] == 0.0]
     assert len(turns) == pytest.approx(0.05 * 1e3 / np.pi, abs=2)
-    before = pieces[np.flatnonzero(pieces[:, motion.SPEED] == 0.0)[1:] - 1]
+    before = pieces[np.flatnonzero(pieces[:, SPEED] == 0.0)[1:] - 1]
     _, speed = states(before, before[:, 0] + before[:, 1])
     for row in before:
         _, speed = states(row[None, :], np.array([row[0] + row[1]]))
@@ -136,7 +136,7 @@ def test_dry_friction_takes_the_amplitude_down_linearly_and_then_holds_the_rotor
     assert end.stuck
     assert end.phi_dot_rad_per_s == 0.0
     assert 1e6 * abs(np.sin(end.phi_rad)) <= 1e3 * np.cos(end.phi_rad) ** (4 / 3)
-    halves = end.pieces[end.pieces[:, motion.SPEED] == 0.0, motion.ANGLE]
+    halves = end.pieces[end.pieces[:, SPEED] == 0.0, ANGLE]
     assert np.abs(np.diff(np.abs(halves[:20]))) == pytest.approx(2e-3, rel=0.02)
 
 
@@ -152,7 +152,7 @@ def test_a_weak_field_leaves_the_rotor_stuck_and_a_stronger_one_releases_it_when
     sine[0, 1] = 20e-6
     free = move(0.0, 0.05, 0.0, 0.0, q, sine)
     assert not free.stuck
-    assert free.pieces[0, motion.LENGTH] == pytest.approx(np.arcsin(0.5) / 500.0, rel=1e-12)
+    assert free.pieces[0, LENGTH] == pytest.approx(np.arcsin(0.5) / 500.0, rel=1e-12)
 
 
 def test_a_field_that_fades_lets_the_rotor_stick_again():

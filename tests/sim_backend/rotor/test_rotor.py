@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from drivers.errors import ConfigError
+from drivers.specimen import Measured
 from sim_backend.rotor.rotor import axial_force_n, design, effective, rotation_matrix
 from sim_backend.rotor.torque import MOMENT, STIFFNESS, parameters
 from tests.kit.simulated_bench import specimen
@@ -58,10 +59,11 @@ def test_measured_values_override_design_values_and_keep_the_inertia():
 
 
 def test_without_measured_values_the_design_holds():
-    bare = changed("jewel", measured={"f_nat_hz": None, "m_r_am2": None, "tf_over_i_rad_per_s2": None})
+    """lambda has no design equation: that of the paper's jewel."""
+    bare = specimen("jewel").model_copy(update={"measured": Measured()})
     rotor, plan = effective(bare), design(bare)
     assert (rotor.f_nat_hz, rotor.m_r_am2) == (plan.f_nat_hz, plan.m_r_am2)
-    assert rotor.tf_over_i_rad_per_s2 == plan.tf_over_i_rad_per_s2
+    assert (rotor.tf_over_i_rad_per_s2, rotor.lambda_per_s) == (plan.tf_over_i_rad_per_s2, 0.0978)
     assert rotor.b_0_t == pytest.approx(plan.b_0_t, rel=1e-12)
 
 

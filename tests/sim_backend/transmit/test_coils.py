@@ -3,6 +3,7 @@ import pytest
 from scipy.constants import mu_0
 
 from sim_backend.options import CoilOptions, CoilsOptions
+from sim_backend.rotor.rotor import MU_0
 from sim_backend.transmit.coils import loop_field_t, pair_field_t, sensitivity_t_per_a
 from tests.kit.simulated_bench import options
 
@@ -58,3 +59,11 @@ def test_a_tilted_pair_tilts_its_field():
     tilted = CoilOptions.model_validate(options()["coils"]["x"] | {"axis_error_rad": [0.0, 0.0, 0.01]})
     b = pair_field_t(tilted, 0, np.zeros(3))
     assert np.arctan2(b[1], b[0]) == pytest.approx(0.01)
+
+
+def test_the_field_on_the_axis_is_that_very_close_to_it_and_the_constant_is_that_of_scipy():
+    assert pytest.approx(mu_0, rel=1e-9) == MU_0  # versions of CODATA differ in the tenth digit
+    radial, axial = loop_field_t(0.1, 0.0, 0.03)
+    assert radial == 0.0
+    assert axial == pytest.approx(loop_field_t(0.1, 1e-7, 0.03)[1], rel=1e-10)
+    assert axial == pytest.approx(mu_0 * 0.1**2 / (2 * (0.1**2 + 0.03**2) ** 1.5), rel=1e-9)

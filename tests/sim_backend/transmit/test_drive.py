@@ -25,7 +25,8 @@ def current(stages, times):
 
 
 def one(bursts, live, spans=((0.0, 0.1, ON),), limit_v=9.0):
-    return cuts([AmplifierChannel(tuple(bursts), RATE, 10.0, limit_v)], live, list(spans), [COIL], 0.1)
+    channel = AmplifierChannel(bursts=tuple(bursts), rate_hz=RATE, gain=10.0, limit_v=limit_v)
+    return cuts([channel], live, list(spans), [COIL], 0.1)
 
 
 def reference(volts, stop, times):
@@ -63,8 +64,8 @@ def test_precompensated_burst_gives_a_pure_sine_from_the_first_instant_and_ends_
     b = bench.channels[0].field_per_ampere_t[0]
     wanted = 215e-6 * np.sin(2 * np.pi * burst.frequency_hz * times)
     assert b * current(stages, times) == pytest.approx(wanted, abs=1e-15)
-    after = TX / RATE + np.linspace(1e-6, 1e-2, 50)
-    assert np.abs(current(stages, after)).max() < 1e-13
+    later = TX / RATE + np.linspace(1e-6, 1e-2, 50)
+    assert np.abs(current(stages, later)).max() < 1e-13
 
 
 def test_gate_off_lets_the_current_die_with_l_over_r():

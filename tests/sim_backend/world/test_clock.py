@@ -4,6 +4,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
+from drivers.clock import SystemClock
 from sim_backend.options import ClockOptions
 from sim_backend.world.clock import SimulatedClock
 
@@ -31,6 +32,12 @@ def test_real_time_sleeps_really():
     assert time.monotonic() - begin >= 0.15
     assert 0.15 <= real.monotonic_s() < 5.0
     assert START <= real.utc() < START + timedelta(seconds=5)
+
+
+def test_only_time_that_is_that_of_this_computer_is_real():
+    assert SimulatedClock(ClockOptions(mode="realtime")).kind == SystemClock().kind == "real"
+    for options in ({"mode": "fast"}, {"mode": "realtime", "speed": 2.0}, {"mode": "realtime", "start_utc": START}):
+        assert SimulatedClock(ClockOptions(**options)).kind == "simulated"
 
 
 def test_waiting_never_turns_time_back():
@@ -62,3 +69,22 @@ def test_sleeps_of_many_threads_add_up():
 def test_without_a_start_the_time_of_day_is_the_computers():
     now = SimulatedClock(ClockOptions(mode="fast")).utc()
     assert abs((datetime.now(UTC) - now).total_seconds()) < 5
+
+
+def test_the_time_of_day_leaps_over_idle_time_and_is_never_before_the_computers():
+    fast = SimulatedClock(ClockOptions(mode="fast"))
+    time.sleep(0.2)
+    called = datetime.now(UTC)
+    first = fast.utc()
+    assert first >= called
+    assert fast.monotonic_s() == 0.0
+    fast.sleep(3600.0)
+    second = fast.utc()
+    assert timedelta(hours=1) <= second - first < timedelta(hours=1, seconds=5)
+    assert fast.utc() >= second
+
+
+def test_a_given_start_keeps_the_time_of_day_apart_from_the_computers():
+    fast = clock("fast")
+    time.sleep(0.05)
+    assert fast.utc() == START

@@ -151,9 +151,9 @@ def test_remounting_the_same_specimen_changes_nothing_and_another_starts_at_rest
     bench = Bench("thread", **STEADY)
     bench.shot(rx=610)
     bench.backend.mount(specimen("thread"))
-    assert bench.backend.world.unit.resting.phi_rad != 0.0
+    assert bench.backend.world.unit.rotor_state.phi_rad != 0.0
     bench.backend.mount(specimen("jewel"))
-    assert bench.backend.world.unit.resting.phi_rad == 0.0
+    assert bench.backend.world.unit.rotor_state.phi_rad == 0.0
 
 
 def test_a_world_that_has_shot_often_remembers_no_more_than_one_that_has_just_begun():

@@ -9,7 +9,7 @@ import pytest
 
 from drivers.errors import ConfigError
 from sim_backend.rotor.rotor import rotation_matrix
-from sim_backend.world.shot import after, simulate
+from sim_backend.world.shot import next_leg, simulate
 from sim_backend.world.side_motion import VISIBLE_AM2_PER_S, true_dm_dt, z_residual
 from sim_backend.world.truth import record
 from tests.kit.side_modes import changed, threshold_ut
@@ -33,7 +33,7 @@ def still(name, field_t, **changes):
 
 def calibrated(bench, volts):
     """dm/dt (3, n) of the RX window from the recorded volts, the flat way."""
-    setup, _ = bench.backend.world.player.result()
+    setup, _ = bench.backend.world.shot_simulator.result()
     return -np.linalg.inv(setup.lna_gain * setup.sensitivity_t_per_a) @ volts[:, setup.timeline.rx_start :]
 
 
@@ -46,8 +46,8 @@ def test_side_modes_show_in_truth_and_in_the_recorded_z_channel_above_the_papers
         truth = bench.truth()
         assert truth["side_modes_visible"] is visible
         assert (truth["z_residual_am2_per_s"] > VISIBLE_AM2_PER_S) is visible
-        heard = np.abs(z_residual(calibrated(bench, volts)))
-        assert heard.max() == pytest.approx(truth["z_residual_am2_per_s"], rel=0.02)
+        received = np.abs(z_residual(calibrated(bench, volts)))
+        assert received.max() == pytest.approx(truth["z_residual_am2_per_s"], rel=0.02)
 
 
 def test_the_shipped_thresholds_are_the_papers_and_move_with_defect_and_damping():
@@ -59,7 +59,7 @@ def test_the_shipped_thresholds_are_the_papers_and_move_with_defect_and_damping(
 
 def test_true_dm_dt_is_what_an_ideal_receiver_records():
     bench, volts = still("thread_imperfect", 280e-6)
-    truth = true_dm_dt(*bench.backend.world.player.result())
+    truth = true_dm_dt(*bench.backend.world.shot_simulator.result())
     assert truth.shape == (3, RX)
     assert calibrated(bench, volts) == pytest.approx(truth, abs=2e-3)
 
@@ -92,11 +92,11 @@ def test_what_is_left_of_side_modes_goes_into_the_next_shot_until_it_has_died():
     bench, _ = still("thread_imperfect", 280e-6)
     bench.clock.sleep(0.05)
     bench.shot(0.0, rx=RX)
-    soon = bench.backend.world.player.result()
+    soon = bench.backend.world.shot_simulator.result()
     assert np.abs(true_dm_dt(*soon)).max() > 1.0
     bench.backend.world.hold_still()
     bench.shot(0.0, rx=RX)
-    assert np.abs(true_dm_dt(*bench.backend.world.player.result())).max() < 1e-9
+    assert np.abs(true_dm_dt(*bench.backend.world.shot_simulator.result())).max() < 1e-9
 
 
 def test_a_shot_that_is_cut_short_is_known_up_to_its_end():
@@ -104,7 +104,7 @@ def test_a_shot_that_is_cut_short_is_known_up_to_its_end():
     bench.start(bench.line_up(490e-6, rx=RX))
     bench.clock.sleep(0.1)
     bench.backend.world.stop()
-    setup, result = bench.backend.world.player.result()
+    setup, result = bench.backend.world.shot_simulator.result()
     known = true_dm_dt(setup, result).shape[1]
     assert 0 < known < RX
     assert record(setup, result, 22.0, [])["rotor_model"] == "rigid_body"
@@ -113,13 +113,13 @@ def test_a_shot_that_is_cut_short_is_known_up_to_its_end():
 
 def test_an_open_ended_shot_goes_on_from_leg_to_leg():
     bench, _ = still("jewel_imperfect", 490e-6)
-    setup, whole = bench.backend.world.player.result()
+    setup, whole = bench.backend.world.shot_simulator.result()
     first = replace(setup, stop_s=0.1, open_ended=True)
     before = simulate(first)
-    following = after(first, before, bench.line_up(0.0, rx=RX), ())
+    following = next_leg(first, before, bench.line_up(0.0, rx=RX), ())
     result = simulate(replace(following, stop_s=setup.stop_s - 0.1))
     assert result.phi_rad == pytest.approx(whole.phi_rad, abs=1e-6)
-    assert np.all(np.isfinite(result.heard.volts))
+    assert np.all(np.isfinite(result.received.volts))
 
 
 def orientations(seed, shots=30):

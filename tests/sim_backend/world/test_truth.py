@@ -38,8 +38,8 @@ def test_pose_follows_the_convention_and_gives_the_same_signal():
         assert np.linalg.norm(found) <= np.pi
         phi, phi_dot = 0.3, 200.0
         before = rotation[:, :2] @ [-phi_dot * np.sin(phi), phi_dot * np.cos(phi)]
-        after = turned[:, :2] @ [-sign * phi_dot * np.sin(sign * phi), sign * phi_dot * np.cos(sign * phi)]
-        assert after == pytest.approx(before, abs=1e-10)
+        following = turned[:, :2] @ [-sign * phi_dot * np.sin(sign * phi), sign * phi_dot * np.cos(sign * phi)]
+        assert following == pytest.approx(before, abs=1e-10)
 
 
 def test_truth_is_plain_json_and_complete():

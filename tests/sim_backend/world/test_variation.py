@@ -5,7 +5,7 @@ from sim_backend.options import EffectsOptions
 from sim_backend.rotor.rigid_body.acceleration import HERTZ, MU
 from sim_backend.rotor.rigid_body.parameters import body_parameters
 from sim_backend.rotor.rotor import effective
-from sim_backend.world.variation import Temperature, friction_factor, rotor_now
+from sim_backend.world.variation import Temperature, friction_factor, rotor_in_shot
 from tests.kit.simulated_bench import Bench, options, specimen
 
 
@@ -15,7 +15,7 @@ def effects(**changes):
 
 def test_temperature_moves_f_nat_and_m_r_by_their_coefficients():
     rotor = effective(specimen("jewel"))
-    warm = rotor_now(rotor, effects(), 2.0, 1.0)
+    warm = rotor_in_shot(rotor, effects(), 2.0, 1.0)
     assert warm.f_nat_hz - rotor.f_nat_hz == pytest.approx(-0.46)
     assert warm.m_r_am2 / rotor.m_r_am2 == pytest.approx(1 - 0.0022)
     assert warm.inertia_kg_m2 == rotor.inertia_kg_m2
@@ -24,7 +24,7 @@ def test_temperature_moves_f_nat_and_m_r_by_their_coefficients():
 
 def test_friction_varies_with_the_contact_and_not_with_its_coefficient():
     rotor = effective(specimen("jewel_imperfect"))
-    rough = rotor_now(rotor, effects(), 0.0, 1.7)
+    rough = rotor_in_shot(rotor, effects(), 0.0, 1.7)
     assert rough.tf_over_i_rad_per_s2 == pytest.approx(1.7 * rotor.tf_over_i_rad_per_s2)
     before, now = body_parameters(rotor), body_parameters(rough)
     assert now[MU] == pytest.approx(before[MU], rel=1e-12)

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from platform_daemon.app import start_engine
-from platform_daemon.schemas.requests import CalibrationRequest
-from platform_daemon.store.reader import read_calibration
+from platform_daemon.core.recordings.reader import read_calibration
+from platform_daemon.core.schemas.requests import CalibrationRequest
+from platform_daemon.features.calibrate.work import plan_calibration
+from platform_daemon.processes.assembly import start_engine
 from tests.kit.emulated_lab import Lab
 
 DIPOLE = "output=3, turns_area_m2=0.05, resistance_ohm=100.0, inductance_h=2e-3, relative_std=1e-3"
@@ -27,7 +28,7 @@ def test_p_is_found_with_the_delay_of_the_cards_filters(tmp_path: Path) -> None:
     engine = start_engine(lab.file(CARDS, f'reference_dipole={{backend="declared", {DIPOLE}}}'))
     request = CalibrationRequest(kind="receive", frequencies_hz=(424.0, 2120.0), repetitions=1, listen_s=0.2)
     try:
-        job = engine.calibrate(request, tmp_path)
+        job = engine.submit(plan_calibration(engine, request, tmp_path))
         for axis in "xyz":
             while job.question is None or job.proceed.is_set() or f"along {axis}" not in job.question:
                 assert not job.ended.wait(timeout=0.01), job.error

@@ -7,7 +7,7 @@ import pytest
 from drivers.card_lines.amplifier import PlainAmplifier
 from drivers.conformance import AmplifierContract, PlatformContract, SwitchContract
 from drivers.errors import ConfigError, DeviceFault
-from platform_daemon.app import start_engine
+from platform_daemon.processes.assembly import start_engine
 from tests.kit.acquisitions import acquire
 
 SWITCH = 'tx_rx_switch={backend="red_pitaya", dead_time_s=3e-3, bounce_s=1e-3, settle_s=4e-3, no_readback=true}'
@@ -55,7 +55,7 @@ def test_an_amplifier_on_digital_lines_says_that_it_has_no_reset():
         amplifier.enable()
     with pytest.raises(DeviceFault, match=r"has no reset.*mains off and on"):
         amplifier.reset_fault()
-    pins.levels[0, "DIO6_N"] = False  # somebody did
+    pins.levels[0, "DIO6_N"] = False  # the cause was removed
     amplifier.reset_fault()
     amplifier.enable()
     amplifier.unmute()

@@ -11,7 +11,7 @@ from drivers.conformance import WHOLE_PLATFORM, AmplifierContract, CardContract
 from drivers.conformance.timelines import short_shot
 from drivers.errors import DeviceStateError, ShotRefused
 from drivers.red_pitaya.reader import Reader
-from tests.kit.emulated_lab import REPLAY, lines_at, wired
+from tests.kit.emulated_lab import lines_at
 
 MASTER = (
     """{host="${io_cards.0.host}", command_port="${io_cards.0.command_port}", data_port="${io_cards.0.data_port}"}"""
@@ -48,7 +48,7 @@ class ShortCardContract(CardContract):
 
 
 class TestCard(ShortCardContract):
-    """Two cards; somebody presses the slave's emergency input, and scans the master's port."""
+    """Two cards; fixtures press the slave's emergency input and scan the master's port."""
 
     @pytest.fixture
     def abandon(self, lab):
@@ -63,33 +63,6 @@ class TestCard(ShortCardContract):
     def stranger(self, lab, request):
         at = lab.emulator.endpoints()["io_cards"][0]
         return lambda: socket.create_connection((at["host"], at[request.param]), timeout=2).close()
-
-
-@pytest.mark.long
-class TestCardThatReplays(ShortCardContract):
-    """With the wires of the watchdog; the links to both cards can be cut."""
-
-    @pytest.fixture(scope="class")
-    @classmethod
-    def wired_lab(cls, lab_of_its_own):
-        return lab_of_its_own(wired())
-
-    @pytest.fixture(scope="class")
-    @classmethod
-    def card(cls, wired_lab):
-        built = wired_lab.platform(*REPLAY, "io_card.sample_timeout_s=1.0")
-        yield built.card
-        built.close()
-        assert wired_lab.violations() == ()
-
-    @pytest.fixture
-    def emergency(self, wired_lab):
-        return lambda level: wired_lab.control("instant_reset", board=1, level=level)
-
-    @pytest.fixture
-    def abandon(self, wired_lab):
-        yield wired_lab.cut_links
-        wired_lab.control("clear_faults")
 
 
 class TestAmplifier(AmplifierContract):
@@ -129,28 +102,6 @@ class TestOneCard(ShortCardContract):
 
 BUSY = "io_card.pin_delay_s=0.3"  # a busy test machine, not a lab's
 ON_PINS = lines_at("0 DIO7_P", "1 DIO6_P")
-
-
-@pytest.mark.long
-class TestLinesOnPinsThatReplay(ShortCardContract):
-    """Gate and receiver by command, shots from the memory."""
-
-    @pytest.fixture(scope="class")
-    @classmethod
-    def pins_lab(cls, lab_of_its_own):
-        return lab_of_its_own(wired(), *ON_PINS[0])
-
-    @pytest.fixture(scope="class")
-    @classmethod
-    def card(cls, pins_lab):
-        built = pins_lab.platform(BUSY, *REPLAY, *ON_PINS[1])
-        yield built.card
-        built.close()
-        assert pins_lab.violations() == ()
-
-    @pytest.fixture
-    def emergency(self, pins_lab):
-        return lambda level: pins_lab.control("instant_reset", board=1, level=level)
 
 
 @pytest.mark.long

@@ -7,11 +7,12 @@ import subprocess
 import sys
 import time
 
+import pytest
 from fastapi.testclient import TestClient
 
-from platform_daemon.api.server import create_api
-from platform_daemon.app import start_engine
-from platform_daemon.store.data_folder import open_data_folder
+from platform_daemon.core.recordings.data_folder import open_data_folder
+from platform_daemon.core.web.server import create_api
+from platform_daemon.processes.assembly import start_engine
 from tests.kit.emulated_lab import intruder
 from tests.kit.linked_api import linked_context
 
@@ -47,6 +48,7 @@ def test_a_missing_device_is_a_row_too_and_the_exit_code_is_1(lab, tmp_path):
     assert found["io_card"]["error"] is None
 
 
+@pytest.mark.long
 def test_a_platform_file_that_does_not_fit_the_lab_is_bad_input_in_one_line(lab, tmp_path):
     for wrong, said in (('lna.identity="ACME"', "another device answers"), ("io_card.server_version=12", "not 12")):
         wanted = ("--platform", "emulated", "--endpoints", lab.endpoints, "--set", wrong)
@@ -67,7 +69,7 @@ def rows_once(client, condition):
     """The devices by name, as soon as the idle engine has read them back so; it does every few seconds."""
     deadline = time.monotonic() + 20
     while True:
-        rows = {row["device"]: row for row in client.get("/devices").json()["devices"]}
+        rows = {row["device"]: row for row in client.get("/devices").json()["items"]}
         if condition(rows):
             return rows
         assert time.monotonic() < deadline, rows

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from drivers.registry import build_platform
-from platform_daemon.analysis.fit import fit_frame
-from platform_daemon.analysis.fit_request import FitRequest
-from platform_daemon.cli.parsing import parse_window
-from platform_daemon.engine.work.series_records import store_calibration
-from platform_daemon.settings import load_platform, load_sequence, load_specimen
+from platform_daemon.core.command_line.parsing import parse_window
+from platform_daemon.core.settings import load_platform, load_sequence, load_specimen
+from platform_daemon.features.acquire.series_records import store_calibration
+from platform_daemon.features.fit.fit import fit_frame
+from platform_daemon.features.fit.fit_request import FitRequest
 from sequences.compiler import TransmitSide, compile_shot
 from tests.kit.emulated_lab import watched_shot
 

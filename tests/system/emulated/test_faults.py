@@ -15,8 +15,8 @@ from drivers.errors import DeviceDenied, DeviceError, DeviceFault, DeviceLost, D
 from drivers.inventory import find_devices
 from drivers.io_card import CardState
 from drivers.registry import build_platform
-from platform_daemon.engine.shot import run_shot
-from platform_daemon.settings import load_sequence
+from platform_daemon.core.hardware.shot import run_shot
+from platform_daemon.core.settings import load_sequence
 from sequences.compiler import TransmitSide, compile_shot
 from tests.kit.emulated_lab import intruder, watched_shot
 

@@ -8,11 +8,12 @@ import pytest
 
 from drivers.conformance.io_card import collect
 from drivers.conformance.timelines import short_shot
-from drivers.errors import DeviceError, ShotRefused
+from drivers.errors import DeviceError, OutputsUnconfirmed, ShotRefused
 from drivers.io_card import CardState
+from drivers.outputs_off import switch_outputs_off
 from drivers.red_pitaya import board as module
 from drivers.red_pitaya.pairing import take_over
-from tests.kit.emulated_lab import REPLAY, wired
+from tests.kit.emulated_lab import lines_at
 from tests.kit.host_process import Host
 
 
@@ -32,9 +33,9 @@ def own(lab_of_its_own):
 
 
 def test_one_new_connection_after_the_other_never_closes_before_it_connects(own, monkeypatch):
-    """A stop connects both cards anew and fails for one of them; the next stop connects the other one once more.
+    """A stop opens new connections to both cards and fails for one; the next stop connects the other one once more.
 
-    Whoever closes that card's connection and then connects hangs the real server one time in eight.
+    A client that closes that card's connection and then connects hangs the real server one time in eight.
     """
     _, card = own
 
@@ -139,12 +140,20 @@ def test_a_slave_whose_trigger_was_gone_for_a_moment_costs_the_shot(own):
     assert whole_shot(card)
 
 
-def test_nor_is_it_missed_where_the_memory_keeps_the_shot(lab_of_its_own):
-    lab = lab_of_its_own(wired())
-    platform = lab.platform(*REPLAY)
-    with pytest.raises(ShotRefused, match="did not record together"):
-        interrupted(lab, platform.card, rx_s=0.5)
-    platform.card.stop()
-    assert whole_shot(platform.card)
-    platform.close()
-    assert lab.violations() == ()
+def test_a_gate_on_a_slave_is_lowered_although_the_master_is_dead(lab_of_its_own):
+    """By the process that opens the cards after a daemon was killed: the amplifier's guard."""
+    emulated, lines = lines_at("1 DIO7_P", "1 DIO6_P")
+    lab = lab_of_its_own(*emulated)
+    host = Host(
+        lab.endpoints, (*lines, "io_card.chunk_samples=320", "io_card.pin_delay_s=0.2", "limits.max_tx_duty=0.9")
+    )
+    host.ask("shot")
+    until_s = time.monotonic() + 5
+    while not lab.control("outputs")["pa_gate"]:
+        assert time.monotonic() < until_s
+    host.kill()
+    lab.kill_server(0)
+    assert lab.control("outputs")["pa_gate"]
+    with pytest.raises(OutputsUnconfirmed, match="io_card"):
+        switch_outputs_off(lab.file(*lines).section)
+    assert not lab.control("outputs")["pa_gate"]

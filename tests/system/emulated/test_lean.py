@@ -10,10 +10,12 @@ import sys
 
 import pytest
 
-from platform_daemon.app import hardware_workers, start_engine
-from platform_daemon.schemas import AcquisitionRequest
-from platform_daemon.store import open_recording
-from platform_daemon.workers import WorkerLimits
+from platform_daemon.core.jobs.workers.limits import WorkerLimits
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.schemas.requests import AcquisitionRequest
+from platform_daemon.features.acquire.destination import OwnFile
+from platform_daemon.features.acquire.series_plan import plan_series, series_work
+from platform_daemon.processes.assembly import hardware_workers, start_engine
 from tests.kit.command_line import wait_for
 
 REQUEST = {"resonator": "jewel", "shots": 3, "sequence": {"rx_s": 0.6, "pause_s": 0.2}}
@@ -22,16 +24,19 @@ import json, sys
 from pathlib import Path
 
 if __name__ == "__main__":
-    import platform_daemon.serving.hardware_process
-    from platform_daemon.app import hardware_workers, start_engine
-    from platform_daemon.schemas import AcquisitionRequest
-    from platform_daemon.settings import load_platform
-    from platform_daemon.workers import WorkerLimits
+    import platform_daemon.processes.hardware_process
+    from platform_daemon.processes.assembly import hardware_workers, start_engine
+    from platform_daemon.core.jobs.workers.limits import WorkerLimits
+    from platform_daemon.core.schemas.requests import AcquisitionRequest
+    from platform_daemon.core.settings import load_platform
+    from platform_daemon.features.acquire.destination import OwnFile
+    from platform_daemon.features.acquire.series_plan import plan_series, series_work
 
     endpoints, folder, request = sys.argv[1:]
     online, computing = hardware_workers(WorkerLimits())
     engine = start_engine(load_platform("emulated", (), Path(endpoints)), online=online, computing=computing)
-    job = engine.acquire(engine.plan(AcquisitionRequest.model_validate_json(request)), None, Path(folder))
+    plan = plan_series(engine, AcquisitionRequest.model_validate_json(request))
+    job = engine.submit(series_work(engine, plan, OwnFile(None, Path(folder))))
     job.ended.wait(120)
     heavy = ("numba", "llvmlite", "matplotlib", "fastapi", "starlette", "uvicorn", "scipy.signal", "scipy.stats")
     resident = int(next(l for l in open("/proc/self/status") if l.startswith("VmRSS")).split()[1])
@@ -61,8 +66,8 @@ def test_a_fit_worker_that_is_killed_costs_neither_a_shot_nor_a_fit(lab_of_its_o
     online, computing = hardware_workers(WorkerLimits())
     engine = start_engine(lab.file(), online=online, computing=computing)
     try:
-        plan = engine.plan(AcquisitionRequest.model_validate({**REQUEST, "shots": 6}))
-        job = engine.acquire(plan, None, tmp_path)
+        plan = plan_series(engine, AcquisitionRequest.model_validate({**REQUEST, "shots": 6}))
+        job = engine.submit(series_work(engine, plan, OwnFile(None, tmp_path)))
         killed = set()
         for shots in (1, 3):
             wait_for(lambda shots=shots: (job.result.shots or 0) >= shots and online.pid is not None)

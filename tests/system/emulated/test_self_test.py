@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from platform_daemon.app import start_engine
-from platform_daemon.engine.work.self_test import SelfTest, SelfTestFailed
-from platform_daemon.schemas.requests import SelfTestOptions
+from platform_daemon.core.schemas.requests import SelfTestOptions
+from platform_daemon.features.self_test.work import SelfTest, SelfTestFailed
+from platform_daemon.processes.assembly import start_engine
 from tests.kit.emulated_lab import Lab
 
 OPTIONS = SelfTestOptions(isolation_db=80.0)

@@ -162,7 +162,7 @@ def test_a_host_that_stands_still_while_power_is_on_never_connects_the_receiver_
     stood = []
 
     def late(lines, arrived):
-        """Stands still once, before the gate is told to fall."""
+        """Stands still once, before the command that lowers the gate."""
         if not stood:
             stood.append(True)
             time.sleep(still_s)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tests.kit.stored_jobs import job_texts
 from tests.system.golden.cli_diagnoses import HIDDEN
 from tests.system.golden.daemon import Daemon
 from tests.system.golden.workplace import Workplace
@@ -139,7 +140,7 @@ def _schedules(daemon: Daemon) -> None:
     far = {"name": "far", "trigger": {"at": ["2099-01-01T08:00"], "time_zone": "Europe/Berlin"}}
     asked = {**far, "work": {"kind": "acquisition", "request": SHOT}}
     daemon.ask("schedules/preview", "POST", "/schedules/preview", json=asked)
-    made = f"/schedules/{daemon.ask('schedules/add', 'POST', '/schedules', json=asked)['identifier']}"
+    made = f"/schedules/{daemon.ask('schedules/add', 'POST', '/schedules', json=asked)['id']}"
     daemon.ask("schedules/all", "GET", "/schedules")
     daemon.ask("schedules/one", "GET", made)
     for what in ("pause", "resume"):
@@ -330,7 +331,6 @@ def _cancelled(daemon: Daemon) -> None:
 
 def _journal(place: Workplace) -> None:
     """Job records on disk, of jobs that ended by themselves."""
-    for path in sorted((place.folder / "data" / "jobs").glob("*.json")):
-        text = path.read_text()
+    for identifier, text in sorted(job_texts(place.folder / "data").items()):
         if '"cancelled"' not in text:
-            place.keep(f"data/jobs/{path.name}", text)
+            place.keep(f"data/jobs/{identifier}.json", text)

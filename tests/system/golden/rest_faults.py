@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tests.kit.stored_jobs import job_texts
 from tests.system.golden.cli_platform import FIXED
 from tests.system.golden.daemon import Daemon
 from tests.system.golden.rest import SHOT
@@ -23,8 +24,8 @@ def faults(place: Workplace) -> None:
         daemon.ask("trip-devices", "GET", "/devices")
         daemon.ask("trip-reset", "POST", "/devices/power_amplifier/reset", json={})
         daemon.job("lost", "/acquisitions", {**SHOT, "shots": 3})
-    for path in sorted((place.folder / "data" / "jobs").glob("*.json"), key=lambda p: p.stat().st_mtime_ns):
-        place.keep(f"jobs/{path.name}", path.read_text())
+    for identifier, text in job_texts(place.folder / "data").items():
+        place.keep(f"jobs/{identifier}.json", text)
     with Daemon(place, *FIXED, *tested, "--set", f"{WORLD}.wiring.factors=[1.0, -1.0, 0.0]") as daemon:
         daemon.ask("restarted-acquisitions", "GET", "/acquisitions")
         daemon.ask("restarted-calibrations", "GET", "/calibrations")

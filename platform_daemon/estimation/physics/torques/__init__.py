@@ -14,18 +14,22 @@ frequency_settling: A natural frequency that settles while the resonator rings: 
 hertz_friction: Dry friction of the Hertz contact, -sgn(phi') (T_f/I) cos^(4/3)(phi): eq:Jewel_ODE_norm.
 linear_restoring: The restoring torque of the small-angle regime, -phi in place of -sin(phi): after equ:ODE_norm.
 magnetic_restoring: The restoring torque of the stator magnet, -sin(phi): eq:T_m, eq:omega_nat.
+own_terms: Torque terms of other packages, found by entry point: each is compiled by itself, so that no kernel is
+    compiled again.
 quadratic_drag: Drag of a turbulent flow, -b phi' |phi'|.
 restoring_anharmonicity: A restoring torque that weakens with the deflection: -sin(phi) [1 - beta (1 - cos(phi))].
 stribeck_coulomb_friction: Dry friction that falls with the speed, -sgn(phi') a exp(-|phi'| / v_s): what a Coulomb
     friction has more at rest.
 stribeck_friction: Excess of the Hertz contact's friction at low speed, -sgn(phi') a cos^(4/3)(phi) exp(-|phi'| /
     v_s).
-torque_term: What a torque term is: data about its coefficients, plus one compiled function with its derivatives.
-torsion_stiffness: An elastic torque beside the magnetic one, -k w^2 phi.
+torsion_stiffness: An elastic torque in addition to the magnetic one, -k w^2 phi.
 viscous_damping: Viscous damping -2 lambda phi': eq:Thread_ODE_norm with lambda = w / (2 Q), eq:lambda.
 """
 
 from __future__ import annotations
+
+from platform_daemon.estimation.numerics.separate_functions import address_of
+from platform_daemon.estimation.physics.torque_term import Coefficient, TorqueTerm
 
 from .angle_dependent_damping import ANGLE_DEPENDENT_DAMPING
 from .bias_torque import BIAS_TORQUE
@@ -37,11 +41,11 @@ from .frequency_settling import FREQUENCY_SETTLING
 from .hertz_friction import HERTZ_FRICTION
 from .linear_restoring import LINEAR_RESTORING
 from .magnetic_restoring import MAGNETIC_RESTORING
+from .own_terms import own_terms
 from .quadratic_drag import QUADRATIC_DRAG
 from .restoring_anharmonicity import RESTORING_ANHARMONICITY
 from .stribeck_coulomb_friction import STRIBECK_COULOMB_FRICTION
 from .stribeck_friction import STRIBECK_FRICTION
-from .torque_term import Coefficient, TorqueTerm
 from .torsion_stiffness import TORSION_STIFFNESS
 from .viscous_damping import VISCOUS_DAMPING
 
@@ -61,13 +65,21 @@ AUTONOMOUS = (
     CUBIC_RESTORING,
 )
 TIMED = (FREQUENCY_DRIFT, FREQUENCY_SETTLING)
-TERMS: dict[str, TorqueTerm] = {t.name: t for t in (*AUTONOMOUS, *TIMED)}
+# Terms that are compiled by themselves, without a decorator: no kernel is compiled again for one of them.
+SEPARATE, BROKEN = own_terms((*AUTONOMOUS, *TIMED))
+TERMS: dict[str, TorqueTerm] = {t.name: t for t in (*AUTONOMOUS, *TIMED, *SEPARATE)}
 # Coefficients that phi -> -phi gives the other sign.
 OF_OTHER_SIGN_IN_MIRROR = frozenset(t.coefficients[0].name for t in TERMS.values() if not t.symmetric)
 
 
 def code_of(term: TorqueTerm) -> int:
-    """The number by which dispatch.py knows a term; ValueError if it is not listed."""
+    """The number by which dispatch.py knows a term; of a separate term its address in this process, negative if timed.
+
+    Raises:
+        ValueError: the term is not listed.
+    """
+    if term in SEPARATE:
+        return -address_of(term.function, 4) if term.timed else address_of(term.function, 3)
     return TIMED_FROM + TIMED.index(term) if term.timed else AUTONOMOUS.index(term)
 
 
@@ -75,6 +87,7 @@ __all__ = [
     "ANGLE_DEPENDENT_DAMPING",
     "AUTONOMOUS",
     "BIAS_TORQUE",
+    "BROKEN",
     "COULOMB_FRICTION",
     "CUBIC_RESTORING",
     "FREQUENCY_DRIFT",
@@ -85,6 +98,7 @@ __all__ = [
     "OF_OTHER_SIGN_IN_MIRROR",
     "QUADRATIC_DRAG",
     "RESTORING_ANHARMONICITY",
+    "SEPARATE",
     "STRIBECK_COULOMB_FRICTION",
     "STRIBECK_FRICTION",
     "TERMS",

@@ -2,13 +2,16 @@
 
 The number of a term is its place in AUTONOMOUS (__init__.py of this folder), or TIMED_FROM plus its place in TIMED. The
 integrator does not change and is compiled once for all combinations: which terms act is data (`codes`), not code.
+The number of a separate term is the address of its function, negative if it is timed.
 """
 
 from __future__ import annotations
 
 import math
 
-from ...numerics.jit import part
+from platform_daemon.estimation.numerics.jit import part
+from platform_daemon.estimation.numerics.separate_functions import call_autonomous, call_timed
+
 from .angle_dependent_damping import angle_dependent_damping
 from .bias_torque import bias_torque
 from .coulomb_friction import coulomb_friction
@@ -26,6 +29,7 @@ from .torsion_stiffness import torsion_stiffness
 from .viscous_damping import viscous_damping
 
 TIMED_FROM = 1000
+LARGEST_NUMBER = 0xFFFF  # no operating system places code as low
 
 
 @part
@@ -68,6 +72,8 @@ def acceleration(phi, v, sigma, codes, widths, c, grad):  # type: ignore[no-unty
             f, f_phi, f_v = stribeck_coulomb_friction(phi, sin_phi, cos_phi, v, sigma, c, j, grad)
         elif codes[k] == 12:
             f, f_phi, f_v = cubic_restoring(phi, sin_phi, cos_phi, v, sigma, c, j, grad)
+        elif codes[k] > LARGEST_NUMBER:
+            f, f_phi, f_v = call_autonomous(codes[k], phi, sin_phi, cos_phi, v, sigma, c, j, grad)
         total += f
         total_phi += f_phi
         total_v += f_v
@@ -84,7 +90,7 @@ def timed_acceleration(phi, v, u, codes, widths, c, grad):  # type: ignore[no-un
     total_u = 0.0
     j = 0
     for k in range(codes.size):
-        if codes[k] >= TIMED_FROM:
+        if codes[k] < 0 or TIMED_FROM <= codes[k] <= LARGEST_NUMBER:
             sin_phi = math.sin(phi)
             cos_phi = math.cos(phi)
             f = f_phi = f_v = f_u = 0.0
@@ -92,6 +98,8 @@ def timed_acceleration(phi, v, u, codes, widths, c, grad):  # type: ignore[no-un
                 f, f_phi, f_v, f_u = frequency_drift(phi, sin_phi, cos_phi, v, u, c, j, grad)
             elif codes[k] == TIMED_FROM + 1:
                 f, f_phi, f_v, f_u = frequency_settling(phi, sin_phi, cos_phi, v, u, c, j, grad)
+            elif codes[k] < 0:
+                f, f_phi, f_v, f_u = call_timed(-codes[k], phi, sin_phi, cos_phi, v, u, c, j, grad)
             total += f
             total_phi += f_phi
             total_v += f_v

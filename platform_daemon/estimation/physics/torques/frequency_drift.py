@@ -5,8 +5,8 @@ The magnetic restoring torque goes with the square of the frequency; this is wha
 
 from __future__ import annotations
 
-from ...numerics.jit import inlined
-from .torque_term import Coefficient, TorqueTerm
+from platform_daemon.estimation.numerics.jit import inlined
+from platform_daemon.estimation.physics.torque_term import Coefficient, TorqueTerm
 
 
 @inlined

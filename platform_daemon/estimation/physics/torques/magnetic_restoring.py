@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ...numerics.jit import inlined
-from .torque_term import TorqueTerm
+from platform_daemon.estimation.numerics.jit import inlined
+from platform_daemon.estimation.physics.torque_term import TorqueTerm
 
 
 @inlined

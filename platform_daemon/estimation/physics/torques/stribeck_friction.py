@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
-from ...numerics.jit import inlined
-from .torque_term import Coefficient, TorqueTerm
+from platform_daemon.estimation.numerics.jit import inlined
+from platform_daemon.estimation.physics.torque_term import Coefficient, TorqueTerm
 
 
 @inlined

@@ -1,9 +1,9 @@
-"""An elastic torque beside the magnetic one, -k w^2 phi; w stays the frequency of the declared sine term."""
+"""An elastic torque in addition to the magnetic one, -k w^2 phi; w stays the frequency of the declared sine term."""
 
 from __future__ import annotations
 
-from ...numerics.jit import inlined
-from .torque_term import Coefficient, TorqueTerm
+from platform_daemon.estimation.numerics.jit import inlined
+from platform_daemon.estimation.physics.torque_term import Coefficient, TorqueTerm
 
 
 @inlined

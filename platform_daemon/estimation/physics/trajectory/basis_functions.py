@@ -15,7 +15,8 @@ import math
 
 import numpy as np
 
-from ...numerics.jit import kernel, part
+from platform_daemon.estimation.numerics.jit import kernel, part
+
 from .direct_chain import HEAD_DURATION, HEAD_START, HEAD_STEP
 from .runge_kutta import STEPS
 

@@ -10,11 +10,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...numerics.jit import fast_part
-from ...numerics.linear_systems import factorise, substitute
-from ..torques.dispatch import acceleration
+from platform_daemon.estimation.numerics.jit import fast_part
+from platform_daemon.estimation.numerics.linear_systems import factorise, substitute
+from platform_daemon.estimation.physics.torques.dispatch import acceleration
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-_MOST_STEPS = 14
+LIMITS = THRESHOLDS.physics
+_MOST_STEPS = LIMITS.collocation_steps
+_MOST_STRETCH = LIMITS.collocation_stretch_share
+_WIDEST = LIMITS.collocation_widest_rad
 
 
 @fast_part
@@ -91,8 +95,8 @@ def solve_half_cycle(  # type: ignore[no-untyped-def]
             change = residual[i] + stretch * by_duration[i]
             a[i] += change
             largest = max(largest, abs(change) / size)
-        if abs(stretch) > 0.3 * duration:
-            stretch = 0.3 * duration if stretch > 0.0 else -0.3 * duration
+        if abs(stretch) > _MOST_STRETCH * duration:
+            stretch = _MOST_STRETCH * duration if stretch > 0.0 else -_MOST_STRETCH * duration
         duration += stretch
         done = largest < settled
         if done:
@@ -103,7 +107,7 @@ def solve_half_cycle(  # type: ignore[no-untyped-def]
         size, side, duration, columns, codes, widths, c, once, twice, a, phi, v, slopes, end, matrix, order, forcing,
         single, double,
     )  # fmt: skip
-    return end[1] < 4.0 and duration > 0.0
+    return end[1] < _WIDEST and duration > 0.0
 
 
 @fast_part

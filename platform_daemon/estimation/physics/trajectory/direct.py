@@ -7,16 +7,19 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...numerics.arrays import Array
-from ..models import RingDownModel
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .basis_functions import fill_basis
 from .direct_chain import HEAD, HEAD_DURATION, STATUS_LOST, trace_half_cycles
 from .runge_kutta import STEPS
 
-EARLIEST = -12.0  # a half cycle from 175 degrees takes less
+LIMITS = THRESHOLDS.physics
+EARLIEST = LIMITS.earliest_anchor
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MotionParameters:
     """Smooth internal parameters of the motion.
 
@@ -42,12 +45,9 @@ class MotionParameters:
         return _chain(self.w, self.values, model.powers)
 
 
-_MOST_HALF_CYCLES = 400_000  # a quarter of an hour at 212 Hz; a trial step may ask for more than there is memory
-
-
 @lru_cache(8)
 def _chain(w: float, values: tuple[float, ...], powers: tuple[int, ...]) -> Array:
-    """The chain of a state is asked for again and again."""
+    """The chain of a state, kept because several callers need it."""
     matrix = np.eye(3 + len(values))
     for k, (power, q) in enumerate(zip(powers, values, strict=True), 3):
         matrix[k, k] = w**-power
@@ -79,8 +79,8 @@ class Trajectory:
         s_end = dynamics.w * t_end_s + dynamics.theta
         if not (np.isfinite(s_end) and np.isfinite(dynamics.amplitude) and dynamics.theta >= EARLIEST):
             raise LostTrajectoryError("the trajectory must begin no later than half a cycle after t = 0")
-        rows = int(max(s_end, 0.0) / 2.0) + 9
-        if rows > _MOST_HALF_CYCLES:
+        rows = int(max(s_end, 0.0) / LIMITS.shortest_half_cycle) + LIMITS.direct_spare_half_cycles
+        if rows > LIMITS.most_half_cycles:
             raise LostTrajectoryError("far more half cycles than any record holds")
         self._heads = np.empty((rows, HEAD))
         self._nodes = np.empty((rows, STEPS + 1, 4 + 3 * self.columns))
@@ -108,7 +108,7 @@ class Trajectory:
         )  # fmt: skip
         if not self._timed:
             return out
-        # theta turns the whole motion, and tells when t = 0 is in it.
+        # theta shifts the whole motion, and says when t = 0 is in it.
         out[2:4] += out[4 + 2 * columns : 6 + 2 * columns]
         return np.delete(out, [4 + 2 * columns, 5 + 2 * columns], axis=0)
 

@@ -1,6 +1,6 @@
 """A ring-down as a chain of half cycles, each integrated: the direct path, for any torque, with its derivatives.
 
-At a turning point the angle and its derivatives go on. The acceleration jumps from a to a' where friction changes
+At a turning point the angle and its derivatives continue. The acceleration jumps from a to a' where friction changes
 sides, and with it the derivatives of the velocity: the turning point moves by ds = -dv/a, after it dv' = -a' ds.
 """
 
@@ -10,13 +10,17 @@ import math
 
 import numpy as np
 
-from ...numerics.jit import kernel
+from platform_daemon.estimation.numerics.jit import kernel
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .runge_kutta import STEPS, direction_at_rest, integrate_arrival, integrate_half_cycle
+
+LIMITS = THRESHOLDS.physics
+_WIDEST = LIMITS.direct_widest_rad
 
 # Columns of `heads`, float64 (n_half, HEAD): where each half cycle begins.
 HEAD_START, HEAD_STEP, HEAD_DURATION, HEAD = 0, 1, 2, 3
 STATUS_OK, STATUS_STUCK, STATUS_LOST = 0, 1, 2
-_WIDEST = 3.0  # rad; close to the inverted position a half cycle takes forever
 
 
 @kernel

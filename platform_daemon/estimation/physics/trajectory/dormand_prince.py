@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...numerics.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
 
 STAGES = 12
 

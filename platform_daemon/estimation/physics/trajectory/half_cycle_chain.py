@@ -10,23 +10,28 @@ import math
 
 import numpy as np
 
-from ...numerics.jit import kernel, part
-from ..torques.dispatch import acceleration
+from platform_daemon.estimation.numerics.jit import kernel, part
+from platform_daemon.estimation.physics.torques.dispatch import acceleration
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .direct_chain import STATUS_LOST, STATUS_OK, STATUS_STUCK
 from .half_cycle_table import look_up_end
 from .table_range import WALK, WALK_ANGLE, WALK_CARRY, WALK_START
 
+LIMITS = THRESHOLDS.physics
+_SURE_PULL = LIMITS.sure_pull
+_SHORTEST = LIMITS.shortest_half_cycle
+_WIDEST = LIMITS.widest_rad
+_SPARE = LIMITS.spare_half_cycles
+
 STATUS_NO_TABLE = 3
 # A half cycle passed, float64 (HEAD + 2 columns,): start S, duration, direction; d size/dq, d S/dq.
 HEAD_START, HEAD_DURATION, HEAD_SIDE, HEAD = 0, 1, 2, 3
-_SURE_PULL = 0.1  # far enough from sticking that between the sizes nothing can stick either
-_SHORTEST = 2.0  # duration of a half cycle is pi at least, unless something pushes
-_WIDEST = 3.0  # rad; close to the inverted position a half cycle takes forever
 
 
 @kernel
 def walk_half_cycles(walk, s_end, columns, codes, widths, c, mirrored, used, bands, sizes, ends):  # type: ignore[no-untyped-def]
-    """Pass half cycles from where `walk` stands, until s_end, rest or the end of the tables; `walk` moves along.
+    """Pass half cycles from the position `walk`, until s_end, rest or the end of the tables; `walk` moves along.
 
     By direction, as build_table leaves them: bands (2, 3), sizes (2, .), ends (2, ., 2 + 2 columns), `used` sizes each.
     Returns (count, status, heads, weights): STATUS_OK, STATUS_STUCK (it rests from here on), STATUS_LOST (no turning
@@ -36,7 +41,7 @@ def walk_half_cycles(walk, s_end, columns, codes, widths, c, mirrored, used, ban
     grad = np.zeros(c.size + 1)
     end = np.empty(2 + 2 * columns)
     barycentric = _barycentric(used)
-    rows = int(max(s_end - walk[WALK_START], 0.0) / _SHORTEST) + 16
+    rows = int(max(s_end - walk[WALK_START], 0.0) / _SHORTEST) + _SPARE
     heads = np.empty((rows + 1, HEAD + 2 * columns))
     weights = np.empty((rows, used))
     count = 0

@@ -13,11 +13,21 @@ import math
 
 import numpy as np
 
-from ...numerics.jit import fast_kernel, fast_part
-from ..torques.dispatch import acceleration
+from platform_daemon.estimation.numerics.jit import fast_kernel, fast_part
+from platform_daemon.estimation.physics.torques.dispatch import acceleration
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .basis_functions import DIPOLE
 from .collocation import solve_half_cycle
 from .table_range import WALK_ANGLE, next_band
+
+LIMITS = THRESHOLDS.physics
+_FOURIER_TERMS = LIMITS.first_guess_terms
+_MEAN_ROUNDS = LIMITS.first_guess_rounds
+_PARABOLA = LIMITS.first_guess_parabola
+_ALIKE_LOW = LIMITS.alike_low
+_ALIKE_HIGH = LIMITS.alike_high
+_SETTLED_SHARE = LIMITS.settled_digits_share
 
 
 @fast_part
@@ -49,7 +59,7 @@ def _write_values(a, phi, v, slopes, columns, observable, out):  # type: ignore[
 @fast_part
 def _mean(a, b):  # type: ignore[no-untyped-def]
     """Arithmetic-geometric mean of two positive numbers."""
-    for _ in range(6):
+    for _ in range(_MEAN_ROUNDS):
         a, b = 0.5 * (a + b), math.sqrt(a * b)
     return a
 
@@ -65,7 +75,7 @@ def undamped(size, nodes, a):  # type: ignore[no-untyped-def]
     for i in range(a.size):
         a[i] = 0.0
     share = 8.0 * mean * mean
-    for n in range(1, 16, 2):
+    for n in range(1, _FOURIER_TERMS, 2):
         power = nome ** (0.5 * n)
         for i in range(a.size):
             a[i] += share * n * power / (1.0 + power * power) * math.cos(0.5 * math.pi * n * (nodes[i] + 1.0))
@@ -81,9 +91,9 @@ def _continued(size, k, sizes, ends, accelerations, a):  # type: ignore[no-untyp
     duration = 0.0
     for i in range(a.size):
         a[i] = 0.0
-    for j in range(max(0, k - 3), k):
+    for j in range(max(0, k - _PARABOLA), k):
         share = 1.0
-        for other in range(max(0, k - 3), k):
+        for other in range(max(0, k - _PARABOLA), k):
             if other != j:
                 share *= (size - sizes[other]) / (sizes[j] - sizes[other])
         duration += share * ends[j, 0]
@@ -99,11 +109,11 @@ def _first_guess(size, k, alike, sizes, ends, accelerations, nodes, a):  # type:
     a (m,): its acceleration in that table, if there was one; returns the duration.
     """
     duration = ends[k, 0]
-    if alike and duration > 0.0 and 0.8 * sizes[k] < size < 1.25 * sizes[k]:
+    if alike and duration > 0.0 and _ALIKE_LOW * sizes[k] < size < _ALIKE_HIGH * sizes[k]:
         for i in range(a.size):
             a[i] *= size / sizes[k]
         return duration
-    if k > 0 and size > 0.8 * sizes[k - 1]:
+    if k > 0 and size > _ALIKE_LOW * sizes[k - 1]:
         return _continued(size, k, sizes, ends, accelerations, a)
     return undamped(size, nodes, a)
 
@@ -124,7 +134,7 @@ def build_table(  # type: ignore[no-untyped-def]
     low, high, count = next_band(walk, s_end, codes, widths, c, digits)
     which = 0 if mirrored or walk[WALK_ANGLE] < 0.0 else 1
     side = 1.0 if which == 0 else -1.0
-    settled = 10.0 ** (-0.8 * digits)
+    settled = 10.0 ** (-_SETTLED_SHARE * digits)
     sizes = all_sizes[which, :count]
     accelerations = all_accelerations[which, :count]
     values = all_values[which, :count]

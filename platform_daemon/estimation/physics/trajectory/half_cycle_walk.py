@@ -7,9 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...numerics.arrays import Array
-from ...numerics.chebyshev import MOST_SIZES, grid
-from ..models import RingDownModel
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.chebyshev import MOST_SIZES, grid
+from platform_daemon.estimation.physics.models import RingDownModel
+
 from .basis_functions import DIPOLE
 from .direct import MotionParameters
 from .direct_chain import STATUS_OK, STATUS_STUCK
@@ -32,20 +33,21 @@ class HalfCycleTables:
         self.ends = np.zeros((2, MOST_SIZES, 2 + 2 * columns))
 
 
-class Walk:
+class HalfCycleWalk:
     """A ring-down from its anchor to the dimensionless time s_end (half_cycle_chain.py).
 
     one_by_one: every half cycle is solved for itself, worth it for a few.
 
     Attributes:
         columns: of derivatives, by size and by c.
-        at: where it stands.
+        at: the position of the walk.
         heads, weights: of the half cycles passed in the last stretch; the weights interpolate over the table's sizes.
         status: why that stretch ended (walk_half_cycles).
     """
 
     def __init__(self, model: RingDownModel, d: MotionParameters, s_end: float, *, one_by_one: bool = False) -> None:
-        self._s_end, self._symmetric = s_end, model.symmetric
+        self._s_end = s_end
+        self._symmetric = model.symmetric
         self.columns = columns = 1 + len(model.coefficients)
         self._torque = columns, model.codes, model.widths, d.dimensionless(model), model.symmetric
         self.at = np.zeros(WALK + 2 * columns)
@@ -76,7 +78,9 @@ class Walk:
 
         digits: to how many the tables are right.
         """
-        t, g, bands = tables, tables.grid, np.zeros((2, 3))
+        t = tables
+        g = tables.grid
+        bands = np.zeros((2, 3))
         self.status = STATUS_NO_TABLE
         while self.status == STATUS_NO_TABLE:
             used = build_table(

@@ -11,7 +11,10 @@ import math
 
 import numpy as np
 
-from ...numerics.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+LIMITS = THRESHOLDS.physics
 
 
 class NoInitialConditionsError(ArithmeticError):
@@ -33,11 +36,11 @@ def _solve_phi_max(phi: float, v: float) -> float:
         raise NoInitialConditionsError(
             f"no phi_max <= 180 degrees labels the state phi = {phi:.4g} rad, phi'/w = {v:.4g}"
         )
-    for _ in range(60):
+    for _ in range(LIMITS.label_rounds):
         along, across = (phi / x) ** 2, (0.5 * v / math.sin(0.5 * x)) ** 2
         step = (along + across - 1.0) / (2.0 * along / x + across / math.tan(0.5 * x))
         x += step
-        if step <= 3e-16 * x:
+        if step <= LIMITS.label_close * x:
             break
     return min(x, math.pi)
 

@@ -13,11 +13,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...numerics.jit import part
-from ..torques.dispatch import acceleration, timed_acceleration
+from platform_daemon.estimation.numerics.jit import part
+from platform_daemon.estimation.physics.torques.dispatch import acceleration, timed_acceleration
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
 from .dormand_prince import NODES, STAGE_MATRIX, STAGES, WEIGHTS
 
-STEPS = 32  # per half cycle: the trajectory error stays below 1e-9 of the signal up to 75 degrees
+LIMITS = THRESHOLDS.physics
+STEPS = LIMITS.runge_kutta_steps
+_NEWTON_STEPS = LIMITS.turning_point_steps
+_CLOSE = LIMITS.turning_point_close
+_FOUND = LIMITS.turning_point_found
+_TRIALS = LIMITS.duration_trials
+_SHORTER = LIMITS.duration_shorter
+_LONGER = LIMITS.duration_longer
+_SHORTEST_STEP = LIMITS.last_step_shortest
+_LONGEST_STEP = LIMITS.last_step_longest
+
 MOVES_UP, MOVES_DOWN, STICKS = 1.0, -1.0, 0.0
 
 
@@ -99,16 +111,16 @@ def _write_node(y, u, columns, sigma, codes, widths, c, grad, node):  # type: ig
 def _last_step(y, u, guess, columns, sigma, codes, widths, c, grad, stages, work, out):  # type: ignore[no-untyped-def]
     """Step from y to the turning point v = 0, by Newton's method on its length, which is returned; -1 if none."""
     length = guess
-    for _ in range(12):
+    for _ in range(_NEWTON_STEPS):
         _step(y, u, length, columns, sigma, codes, widths, c, grad, stages, work, out)
         a, _, _, _ = _torque(out[0], out[1], u + length, sigma, codes, widths, c, grad)
         if not sigma * a < 0.0:
             return -1.0
         correction = -out[1] / a
-        if abs(correction) <= 1e-15:
+        if abs(correction) <= _CLOSE:
             return length
         length += correction
-    return length if abs(correction) < 1e-12 else -1.0
+    return length if abs(correction) < _FOUND else -1.0
 
 
 @part
@@ -124,7 +136,7 @@ def integrate_half_cycle(begin, u, sigma, columns, codes, widths, c, guess, node
     stages = np.empty((STAGES, size))
     work = np.empty(size)
     out = np.empty(size)
-    for _ in range(60):
+    for _ in range(_TRIALS):
         h = guess / STEPS
         for m in range(size):
             y[m] = begin[m]
@@ -139,14 +151,14 @@ def integrate_half_cycle(begin, u, sigma, columns, codes, widths, c, guess, node
             done += 1
             _write_node(y, u + done * h, columns, sigma, codes, widths, c, grad, nodes[done])
         if done < STEPS - 1:
-            guess *= 0.9
+            guess *= _SHORTER
             continue
         at = u + done * h
         last = _last_step(y, at, h, columns, sigma, codes, widths, c, grad, stages, work, out)
-        if last < 0.0 or last > 2.0 * h:
-            guess *= 1.08
+        if last < 0.0 or last > _LONGEST_STEP * h:
+            guess *= _LONGER
             continue
-        if last < 0.3 * h:
+        if last < _SHORTEST_STEP * h:
             guess = (STEPS - 1) * h + last
             continue
         _write_node(out, at + last, columns, sigma, codes, widths, c, grad, nodes[STEPS])

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...numerics.arrays import Array
-from ...numerics.chebyshev import EXACT, nodes_for
-from ..models import RingDownModel
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.chebyshev import EXACT, nodes_for
+from platform_daemon.estimation.physics.models import RingDownModel
+
 from .basis_functions import STATE
 from .direct import LostTrajectoryError, MotionParameters, Trajectory
 from .direct_chain import STATUS_LOST, STATUS_STUCK
 from .half_cycle_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
-from .half_cycle_walk import HalfCycleTables, Walk
+from .half_cycle_walk import HalfCycleTables, HalfCycleWalk
 
 
 def state_at_zero(model: RingDownModel, dynamics: MotionParameters) -> tuple[Array, Array]:
@@ -30,7 +31,7 @@ def state_at_zero(model: RingDownModel, dynamics: MotionParameters) -> tuple[Arr
 
 def _by_half_cycles(model: RingDownModel, d: MotionParameters) -> Array:
     """The basis (basis_functions.py) at t = 0, (n_basis,)."""
-    walk = Walk(model, d, d.theta, one_by_one=True)
+    walk = HalfCycleWalk(model, d, d.theta, one_by_one=True)
     columns = walk.columns
     tables = HalfCycleTables(nodes_for(abs(d.amplitude), EXACT), columns)
     count = [count for count in walk.stretches(tables, STATE, EXACT) if count][-1:]

@@ -6,16 +6,23 @@ import math
 
 import numpy as np
 
-from ...numerics.chebyshev import sizes_for
-from ...numerics.jit import part
-from ..torques.dispatch import acceleration
+from platform_daemon.estimation.numerics.chebyshev import sizes_for
+from platform_daemon.estimation.numerics.jit import part
+from platform_daemon.estimation.physics.torques.dispatch import acceleration
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
-# Where a walk through a ring-down stands, float64 (WALK + 2 columns,): start S of the next half cycle, its rounding
+LIMITS = THRESHOLDS.physics
+_WIDEST_BAND = LIMITS.widest_band
+_ROOM = LIMITS.band_room
+_MARGIN = LIMITS.band_margin
+_POINTS = LIMITS.band_points
+_LEAST_SINE = LIMITS.band_least_sine
+_SLACK = LIMITS.band_slack_share
+_MOST_GROWTH = LIMITS.band_most_growth
+
+# Position of a walk through a ring-down, float64 (WALK + 2 columns,): start S of the next half cycle, its rounding
 # error, the angle; how wide a band a table covers and at how many sizes, 0 before the first; d size/dq, d S/dq.
 WALK_START, WALK_CARRY, WALK_ANGLE, WALK_RATIO, WALK_SIZES, WALK = 0, 1, 2, 3, 4, 5
-_WIDEST_BAND = 25.0  # nothing happens at small sizes: more half cycles in one table cost no more sizes
-_ROOM = 1.05  # that a band has for the parameters to change before it needs another number of sizes
-_MARGIN = 1.15
 
 
 @part
@@ -46,7 +53,7 @@ def remaining_sizes(size, left, side, codes, widths, c, ratio):  # type: ignore[
     leaves the band gets another table.
     """
     grad = np.zeros(c.size + 1)
-    points = 8
+    points = _POINTS
     work = 0.0
     for k in range(points):
         place = math.pi * (k + 0.5) / points
@@ -56,6 +63,6 @@ def remaining_sizes(size, left, side, codes, widths, c, ratio):  # type: ignore[
         back, _, _ = acceleration(side * phi, -side * v, -side, codes, widths, c, grad)
         # What changes sign with the motion is not conservative.
         work += 0.5 * side * (there - back) * math.sin(place) * size * math.pi / points
-    change = _MARGIN * (left / math.pi + 2.0) * work / max(math.sin(size), 0.1 * size)
-    low = max(size / ratio, size + min(change, 0.0) - 1e-3 * size)
-    return low, min(1.5 * size, size + max(change, 0.0) + 1e-3 * size)
+    change = _MARGIN * (left / math.pi + 2.0) * work / max(math.sin(size), _LEAST_SINE * size)
+    low = max(size / ratio, size + min(change, 0.0) - _SLACK * size)
+    return low, min(_MOST_GROWTH * size, size + max(change, 0.0) + _SLACK * size)

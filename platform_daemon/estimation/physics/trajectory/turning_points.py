@@ -6,14 +6,15 @@ import math
 
 import numpy as np
 
-from ...numerics.arrays import Array
-from ...numerics.chebyshev import EXACT, nodes_for
-from ..models import RingDownModel
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.chebyshev import EXACT, nodes_for
+from platform_daemon.estimation.physics.models import RingDownModel
+
 from .basis_functions import STATE
 from .direct import LostTrajectoryError, MotionParameters
 from .direct_chain import STATUS_LOST, STATUS_OK
 from .half_cycle_chain import HEAD_SIDE, HEAD_START
-from .half_cycle_walk import HalfCycleTables, Walk
+from .half_cycle_walk import HalfCycleTables, HalfCycleWalk
 from .table_range import WALK_START
 
 
@@ -27,7 +28,7 @@ def turning_points(model: RingDownModel, dynamics: MotionParameters, until_s: fl
     if model.time_dependent:
         raise ValueError(f"the half cycles of {model.name} depend on time")
     d = dynamics
-    walk, size = Walk(model, d, d.w * until_s + d.theta), abs(d.amplitude)
+    walk, size = HalfCycleWalk(model, d, d.w * until_s + d.theta), abs(d.amplitude)
     tables = HalfCycleTables(nodes_for(size, EXACT), walk.columns)
     starts, sizes = [], []
     for count in walk.stretches(tables, STATE, EXACT):

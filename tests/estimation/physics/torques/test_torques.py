@@ -1,6 +1,7 @@
 """Every torque term against differences of itself: its derivatives, its symmetry, its number, its energy."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -119,4 +120,19 @@ def test_names_of_terms_and_coefficients_are_unique_and_have_units():
     assert len({code_of(term) for term in TERMS.values()}) == len(TERMS)
     for c in coefficients:
         assert c.unit
-        assert c.power == {"1": 0, "1/rad": 0, "1/s": 1, "rad/s": 1, "rad/s^2": 2}[c.unit]
+        assert c.power == per_second(c.unit)
+
+
+def per_second(unit):
+    """Power of 1/s in a unit as text: -1 of s, 2 of rad/s^2."""
+    above, _, below = unit.partition("/")
+    return sum(
+        sign * int(power or 1)
+        for sign, part in ((-1, above), (1, below))
+        for power in re.findall(r"(?:^|\s)s(?:\^(\d))?(?=\s|$)", part)
+    )
+
+
+def test_the_power_of_a_coefficient_follows_from_its_unit():
+    units = {"1": 0, "1/rad": 0, "s": -1, "s^2": -2, "1/s": 1, "rad/s": 1, "rad/s^2": 2, "A m^2": 0, "kg m^2/s": 1}
+    assert {unit: per_second(unit) for unit in units} == units

@@ -107,7 +107,7 @@ def some_of(n, count=400):
 def test_a_thread_ring_down_agrees_with_dop853_to_a_billionth(seconds, amplitude):
     reference = dipole(thread_reference(amplitude, 0.2465, seconds, 3e-14))
     looser = dipole(thread_reference(amplitude, 0.2465, seconds, 1e-12))
-    dynamics = MotionParameters(W, THETA, amplitude, (0.2465,))
+    dynamics = MotionParameters(w=W, theta=THETA, amplitude=amplitude, values=(0.2465,))
     samples = some_of(reference.shape[1])
     for basis_of in (traced, tabulated):
         error = relative_rms(basis_of(THREAD, dynamics, samples, DIPOLE)[:2], reference[:, samples])
@@ -119,7 +119,7 @@ def test_a_thread_ring_down_agrees_with_dop853_to_a_billionth(seconds, amplitude
 @pytest.mark.parametrize(("model", "losses"), [(THREAD, (0.2465,)), (JEWEL, (0.2465, 1190.0))])
 @pytest.mark.parametrize("degrees", range(5, 80, 5))
 def test_tables_agree_with_the_integrated_motion_to_a_billionth_at_every_amplitude(model, losses, degrees):
-    dynamics = MotionParameters(W, THETA, math.radians(degrees), losses)
+    dynamics = MotionParameters(w=W, theta=THETA, amplitude=math.radians(degrees), values=losses)
     everything = range(0, 6000)
     looked_up = Workspace(model).basis(dynamics, 0, 6000, 1 / RATE_HZ, DIPOLE)
     assert relative_rms(looked_up[:2], traced(model, dynamics, everything, DIPOLE)[:2]) < 1e-9
@@ -130,7 +130,7 @@ def test_a_jewel_ring_down_agrees_with_dop853_with_events_until_it_sticks(amplit
     reference, stuck_at = jewel_reference(amplitude, 0.2465, 1190.0, 2.0, 3e-14)
     looser, _ = jewel_reference(amplitude, 0.2465, 1190.0, 2.0, 1e-12)
     assert stuck_at is not None
-    dynamics = MotionParameters(W, THETA, amplitude, (0.2465, 1190.0))
+    dynamics = MotionParameters(w=W, theta=THETA, amplitude=amplitude, values=(0.2465, 1190.0))
     samples = some_of(reference.shape[1])
     for basis_of in (traced, tabulated):
         signal = basis_of(JEWEL, dynamics, samples, DIPOLE)[:2]
@@ -141,7 +141,7 @@ def test_a_jewel_ring_down_agrees_with_dop853_with_events_until_it_sticks(amplit
 
 
 def test_a_stuck_rotor_is_silent_and_so_are_its_derivatives():
-    trajectory = Trajectory(JEWEL, MotionParameters(W, THETA, 0.05, (0.2465, 1190.0)), 1.0)
+    trajectory = Trajectory(JEWEL, MotionParameters(w=W, theta=THETA, amplitude=0.05, values=(0.2465, 1190.0)), 1.0)
     basis = trajectory.basis(0, 8000, 1 / RATE_HZ, DIPOLE)
     late = basis[:-1, 4000:]
     assert np.all(late == 0.0)
@@ -149,7 +149,7 @@ def test_a_stuck_rotor_is_silent_and_so_are_its_derivatives():
 
 
 def test_a_rotor_that_friction_holds_from_the_start_never_moves():
-    trajectory = Trajectory(JEWEL, MotionParameters(W, THETA, 5e-4, (0.2465, 1190.0)), 0.1)
+    trajectory = Trajectory(JEWEL, MotionParameters(w=W, theta=THETA, amplitude=5e-4, values=(0.2465, 1190.0)), 0.1)
     state = trajectory.basis(0, 100, 1e-3, STATE)
     assert np.all(state[0] == 5e-4)
     assert np.all(state[1] == 0.0)
@@ -199,7 +199,9 @@ def test_further_torque_terms_agree_with_dop853_too(model, values, torque, ways,
     samples = some_of(6000, 100)  # each of them is integrated from the start where there are no tables
     expected = half_cycles(torque, amplitude, W * samples / RATE_HZ + THETA)
     for basis_of in ways:
-        found = basis_of(model, MotionParameters(W, THETA, amplitude, values), samples, STATE)[:2]
+        found = basis_of(model, MotionParameters(w=W, theta=THETA, amplitude=amplitude, values=values), samples, STATE)[
+            :2
+        ]
         error = relative_rms(found, expected)
         print(model.name, basis_of.__name__, amplitude, f"{error:.1e}")
         assert error < 2e-9
@@ -216,7 +218,9 @@ def test_wide_swings_of_a_pendulum_agree_with_dop853(degrees, basis_of):
     samples = some_of(1200)
     amplitude = math.radians(degrees)
     expected = half_cycles(torque, amplitude, W * samples / RATE_HZ + THETA)
-    found = basis_of(model, MotionParameters(W, THETA, amplitude, (0.01 * W, 2e-3 * W**2)), samples, STATE)[:2]
+    found = basis_of(
+        model, MotionParameters(w=W, theta=THETA, amplitude=amplitude, values=(0.01 * W, 2e-3 * W**2)), samples, STATE
+    )[:2]
     print(degrees, basis_of.__name__, f"{relative_rms(found, expected):.1e}")
     assert relative_rms(found, expected) < 1e-7
 
@@ -242,9 +246,11 @@ def test_sensitivities_agree_with_differences_across_turning_points(model, value
     n = samples.size
 
     def functions(p):
-        return basis_of(model, MotionParameters(p[1], p[0], p[2], tuple(p[3:])), samples, observable)
+        return basis_of(
+            model, MotionParameters(w=p[1], theta=p[0], amplitude=p[2], values=tuple(p[3:])), samples, observable
+        )
 
-    d = MotionParameters(W, THETA, amplitude, values)
+    d = MotionParameters(w=W, theta=THETA, amplitude=amplitude, values=values)
     chain = d.chain(model)
     at = functions(base)
     exact = at[2:-1].reshape(-1, 2, n)
@@ -259,11 +265,11 @@ def test_sensitivities_agree_with_differences_across_turning_points(model, value
 
 
 @pytest.mark.parametrize("dynamics", [
-    MotionParameters(W, THETA, 3.1, (0.2,)),
-    MotionParameters(W, THETA, 0.4, (5.0 * W,)),
-    MotionParameters(W, -4.0, 0.4, (0.2,)),
-        MotionParameters(W, -20.0, 0.4, (0.2,)),
-    MotionParameters(W, THETA, math.nan, (0.2,)),
+    MotionParameters(w=W, theta=THETA, amplitude=3.1, values=(0.2,)),
+    MotionParameters(w=W, theta=THETA, amplitude=0.4, values=(5.0 * W,)),
+    MotionParameters(w=W, theta=-4.0, amplitude=0.4, values=(0.2,)),
+        MotionParameters(w=W, theta=-20.0, amplitude=0.4, values=(0.2,)),
+    MotionParameters(w=W, theta=THETA, amplitude=math.nan, values=(0.2,)),
 ])  # fmt: skip
 def test_parameters_that_describe_no_oscillation_are_reported_as_lost(dynamics):
     with pytest.raises(LostTrajectoryError):
@@ -274,10 +280,10 @@ def test_parameters_that_describe_no_oscillation_are_reported_as_lost(dynamics):
 @BOTH_WAYS
 def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basis_of, observable):
     """The same motion from the turning point before t = 0 and from the one after it."""
-    before = MotionParameters(W, THETA, 0.9, (0.3, 1190.0))
+    before = MotionParameters(w=W, theta=THETA, amplitude=0.9, values=(0.3, 1190.0))
     trajectory = Trajectory(JEWEL, before, 0.01)
     start, amplitude = trajectory._heads[1, 0], trajectory._nodes[1, 0, 0]  # noqa: SLF001 its second turning point
-    after = MotionParameters(W, THETA - start, float(amplitude), (0.3, 1190.0))
+    after = MotionParameters(w=W, theta=THETA - start, amplitude=float(amplitude), values=(0.3, 1190.0))
     assert after.theta < 0.0
     samples = np.arange(200)
     late, early = (basis_of(JEWEL, d, samples, observable) for d in (after, before))
@@ -287,7 +293,9 @@ def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basi
         p = np.array([after.theta, W, after.amplitude])
         up, down = p + size * np.eye(3)[k], p - size * np.eye(3)[k]
         ends = [
-            basis_of(JEWEL, MotionParameters(q[1], q[0], q[2], after.values), samples, observable)[:2]
+            basis_of(
+                JEWEL, MotionParameters(w=q[1], theta=q[0], amplitude=q[2], values=after.values), samples, observable
+            )[:2]
             for q in (up, down)
         ]
         slope = np.einsum("pfn,p->fn", late[2:-1].reshape(-1, 2, 200), after.chain(JEWEL)[:, k])
@@ -300,7 +308,7 @@ def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basi
 @pytest.mark.parametrize("theta", [0.0, 0.7, 2.3, 4.5, 9.0, -0.4])
 @pytest.mark.parametrize("amplitude", [0.9, -0.3, 5e-3, 1e-3])  # the last rests before it crosses zero
 def test_the_state_at_zero_and_its_derivatives_are_those_of_the_direct_path(name, values, amplitude, theta):
-    model, d = model_named(name), MotionParameters(W, theta, amplitude, values)
+    model, d = model_named(name), MotionParameters(w=W, theta=theta, amplitude=amplitude, values=values)
     state, by_motion = state_at_zero(model, d)
     basis = Trajectory(model, d, 0.0).basis(0, 1, 1.0, STATE)[:, 0]
     np.testing.assert_allclose(state, basis[:2], rtol=1e-9, atol=1e-9 * abs(amplitude))
@@ -309,4 +317,4 @@ def test_the_state_at_zero_and_its_derivatives_are_those_of_the_direct_path(name
 
 def test_a_state_beyond_the_last_turning_point_is_lost():
     with pytest.raises(LostTrajectoryError):
-        state_at_zero(THREAD, MotionParameters(W, 2.0, 3.1, (0.25,)))
+        state_at_zero(THREAD, MotionParameters(w=W, theta=2.0, amplitude=3.1, values=(0.25,)))

@@ -23,10 +23,8 @@ GATES = [[1, 0, 1]] * 20 + [[0, 0, 1]] * 4
 
 @pytest.fixture
 def emulator():
-    """Real time; the first card has the wire of a watchdog."""
-    table = tables() | {"speed": 1.0}
-    table["io_cards"]["boards"][0]["wire"] = ["DIO4_N", "DIO3_P"]
-    made = LabEmulator(table, LAB.parent)
+    """Real time."""
+    made = LabEmulator(tables() | {"speed": 1.0}, LAB.parent)
     yield made
     made.close()
 
@@ -40,16 +38,16 @@ def client(emulator):
     one.close()
 
 
-def loaded(client, counter=0):
+def loaded(client):
     """Twenty steps of gate and sine in the memory, and the server's hand off it."""
     program(client, STEP, PULSE, GATES)
-    client.do(f"RP:DAC:SEQ:SAMPLESPERSTEP {STEP}", f"RP:COUNTER:SAMPLESPERSTEP {counter}")
+    client.do(f"RP:DAC:SEQ:SAMPLESPERSTEP {STEP}")
     tone(client, 500.0, 0.2)
     start(client)
 
 
 def to_be_played(emulator):
-    """From and to when gate and sine will be on if nobody does anything any more: three rounds of the ring."""
+    """Spans in which gate and sine will be on if nothing else happens: three rounds of the ring."""
     timeline = emulator.cards.shot.timeline(0, 3 * RING)
     sines = [(b.start_sample, b.stop_sample) for b in timeline.bursts]
     return [(e.start_sample, e.stop_sample) for e in timeline.lines if e.line is DigitalLine.PA_GATE], joined(sines)
@@ -94,49 +92,6 @@ def test_left_alone_it_is_a_ring_whose_last_steps_have_no_gate(emulator, client)
     assert sines == [(0, 320), (free, RING + 320), (RING + free, 2 * RING + 320), (2 * RING + free, 3 * RING)]
 
 
-def test_the_counter_presses_the_emergency_input_by_the_wire_until_the_trigger_falls(emulator, client):
-    loaded(client, counter=1000)
-    assert to_be_played(emulator) == ([(0, 320)], [(0, 320)])
-    assert client.ask("RP:COUNTER:SAMPLESPERSTEP?") == "1000"
-    at(emulator, 4100 / RATE)
-    assert client.ask("RP:INSTANTRESET:TRIGGERED?") == "1"
-    assert client.ask("RP:INSTANTRESET:STATUS?") == "0"  # the latch holds the counter in reset
-    assert to_be_played(emulator) == ([(0, 320)], [(0, 320)])
-    client.do("RP:TRIGGER OFF")
-    assert client.ask("RP:INSTANTRESET:TRIGGERED?") == "0"
-
-
-@pytest.mark.parametrize(("pins", "mode"), [(None, "ON"), (["DIO4_N", "DIO3_P"], "OFF"), (["DIO7_P", "DIO3_P"], "ON")])
-def test_without_wire_or_mode_the_counter_presses_nothing(emulator, client, pins, mode):
-    control(emulator, "wire", board=0, pins=pins)
-    client.do(f"RP:INSTANTRESET:MODE {mode}")
-    loaded(client, counter=100)
-    at(emulator, 0.05)
-    assert client.ask("RP:INSTANTRESET:TRIGGERED?") == "0"
-
-
-def test_the_counter_is_on_three_pins_if_they_are_outputs(emulator, client):
-    control(emulator, "wire", board=0, pins=None)
-    client.do("RP:COUNTER:SAMPLESPERSTEP 6000")
-    start(client)
-    at(emulator, 1.5 * 6000 / RATE)
-    assert [client.ask(f"RP:DIO:PIN{k}:SIDEN?") for k in (2, 3, 4)] == ['"ON"', '"OFF"', '"OFF"']
-    client.do("RP:DIO:PIN2:SIDEN:DIR IN")
-    assert client.ask("RP:DIO:PIN2:SIDEN?") == '"OFF"'
-    at(emulator, 4.5 * 6000 / RATE)
-    assert [client.ask(f"RP:DIO:PIN{k}:SIDEN?") for k in (3, 4)] == ['"OFF"', '"ON"']
-
-
-def test_a_command_on_the_wires_pin_presses_the_input_and_latches_only_with_the_trigger(emulator, client):
-    client.do("RP:DIO:PIN4:SIDEN ON")
-    assert (client.ask("RP:INSTANTRESET:STATUS?"), client.ask("RP:INSTANTRESET:TRIGGERED?")) == ("1", "0")
-    client.do("RP:DIO:PIN4:SIDEN OFF")
-    assert client.ask("RP:INSTANTRESET:STATUS?") == "0"
-    start(client)
-    client.do("RP:DIO:PIN4:SIDEN ON")
-    assert client.ask("RP:INSTANTRESET:TRIGGERED?") == "1"
-
-
 def test_a_new_client_empties_the_memory(emulator, client):
     loaded(client)
     second = connect(emulator)
@@ -151,7 +106,7 @@ def test_a_new_client_empties_the_memory(emulator, client):
 
 def test_a_card_whose_server_was_killed_plays_its_memory_round_and_round_until_a_server_is_there(emulator, client):
     program(client, STEP, [[0, 0, 1.8]] * 1200 + [[0, 0, 0]] * 4, [[1, 0, 1]] * 1200 + [[0, 0, 1]] * 4)
-    long = 1200 * STEP  # 0.3 s: somebody must be able to look
+    long = 1200 * STEP  # 0.3 s: the test must be able to look
     tone(client, 500.0, 0.2)
     start(client)
     until(lambda: len(emulator.cards.boards[0].history) > 0)

@@ -155,7 +155,7 @@ def test_5_4_stop_while_the_data_socket_is_blocked_cuts_a_chunk_and_sends_no_rec
     count = 2_000_000
     until(lambda: int(client.ask("RP:ADC:WP?")) > count)
     assert client.ask(f"RP:ADC:DATA:PIPELINED? 0,{count},{count}") == "1"
-    time.sleep(0.5)  # nobody reads: the sockets fill up
+    time.sleep(0.5)  # no client reads: the sockets fill up
     assert client.ask("RP:ADC:DATA:STOP?") == "1"
     client.data.settimeout(0.3)
     received = 0

@@ -50,8 +50,8 @@ def test_the_equations_are_those_of_lagrange_from_energies_alone(name, rough, se
     terms = np.array([[field[0], field[1], omega, -np.pi / 2, 0.0, field[2]]])
     ours = move(0.0, seconds, start(other), p, rotor.omega_rad_per_s, terms)
     direction, n = other.moved(START, seconds)
-    assert moment(ours.hidden, p) == pytest.approx(direction, abs=2e-7)
-    assert ours.hidden[:3] == pytest.approx(n, abs=2e-7)
+    assert moment(ours.internal_state, p) == pytest.approx(direction, abs=2e-7)
+    assert ours.internal_state[:3] == pytest.approx(n, abs=2e-7)
     assert np.abs(n[:2]).max() > 1e-3
 
 
@@ -71,7 +71,7 @@ def test_energy_is_kept_for_two_seconds_without_friction_and_damping(name):
     rotor, p = rigid(name, gravity=[3.0, 0.0, -9.0], defects=DEFECTS[name])
     p[20:23] = 0.0
     begin = start(reference(p))
-    end = move(0.0, 2.0, begin, p, rotor.omega_rad_per_s).hidden
+    end = move(0.0, 2.0, begin, p, rotor.omega_rad_per_s).internal_state
     rest = energy_j(rest_state(p, rotor.omega_rad_per_s), p)
     swing = energy_j(begin, p) - rest
     assert swing > 0
@@ -85,9 +85,9 @@ def test_the_contact_has_the_papers_friction_torque_when_it_only_spins_and_coulo
     assert torque * 1000.0 == pytest.approx(3 * np.pi / 16 * radius * mu * load, rel=1e-9)  # eq:tf
     force, torque = contact(load, 50.0, 0.0, p)
     assert force * 50.0 == pytest.approx(mu * load, rel=1e-6)
-    both = contact(load, 5e-3, 1000.0, p)
-    assert both[0] * 5e-3 < 0.5 * mu * load
-    assert both[1] < contact(load, 0.0, 1000.0, p)[1]
+    combined = contact(load, 5e-3, 1000.0, p)
+    assert combined[0] * 5e-3 < 0.5 * mu * load
+    assert combined[1] < contact(load, 0.0, 1000.0, p)[1]
     assert contact(-load, 1.0, 1.0, p) == (0.0, 0.0)
 
 

@@ -20,7 +20,7 @@ def spectrum_hz(rotor, p, small):
     y = moved(rest_state(p, rotor.omega_rad_per_s), small)
     track = np.empty((SAMPLES, 6))
     for k in range(SAMPLES):
-        y = move(0.0, STEP_S, y, p, rotor.omega_rad_per_s).hidden
+        y = move(0.0, STEP_S, y, p, rotor.omega_rad_per_s).internal_state
         track[k] = [*y[3:6], *y[10:13]]
     window = np.hanning(SAMPLES)[:, None]
     found = set()
@@ -80,7 +80,10 @@ def test_a_jewel_tilted_about_the_stator_is_a_stator_tilted_the_other_way():
 def test_every_pivot_leaves_a_place_of_rest_in_which_nothing_moves(pivot):
     rotor, p = rigid("jewel", gravity=[9.8, 0.0, 0.0], defects={"jewel_tilt_rad": 0.1, "jewel_tilt_pivot": pivot})
     y = rest_state(p, rotor.omega_rad_per_s)
-    assert distance_from_rest(move(0.0, 0.1, y, p, rotor.omega_rad_per_s).hidden, y, p, rotor.omega_rad_per_s) < 1e-9
+    assert (
+        distance_from_rest(move(0.0, 0.1, y, p, rotor.omega_rad_per_s).internal_state, y, p, rotor.omega_rad_per_s)
+        < 1e-9
+    )
 
 
 def test_a_stator_moved_across_its_moment_changes_nothing_to_first_order_and_along_it_does():

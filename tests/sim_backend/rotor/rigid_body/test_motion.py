@@ -18,10 +18,10 @@ def swung(p, phi_rad):
 
 def side_swing(rotor, p, y, seconds):
     """Largest component of the moment along w in the last tenth of a free swing."""
-    y = move(0.0, 0.9 * seconds, y, p, rotor.omega_rad_per_s).hidden
+    y = move(0.0, 0.9 * seconds, y, p, rotor.omega_rad_per_s).internal_state
     peak = 0.0
     for _ in range(100):
-        y = move(0.0, seconds / 1000, y, p, rotor.omega_rad_per_s).hidden
+        y = move(0.0, seconds / 1000, y, p, rotor.omega_rad_per_s).internal_state
         peak = max(peak, abs(moment(y, p)[2]))
     return peak
 
@@ -49,7 +49,7 @@ def test_a_drive_across_the_axis_moves_it_as_the_single_axis_rotor(name):
     five = move(0.0, TX_S, straight(), p, rotor.omega_rad_per_s, field)
     assert five.phi_rad == pytest.approx(one.phi_rad, abs=1e-6)
     assert five.phi_dot_rad_per_s == pytest.approx(one.phi_dot_rad_per_s, abs=1e-6 * rotor.omega_rad_per_s)
-    assert np.abs(five.hidden[:2]).max() < 1e-12
+    assert np.abs(five.internal_state[:2]).max() < 1e-12
 
 
 def test_pieces_hold_the_moments_motion_in_all_three_axes():
@@ -61,7 +61,7 @@ def test_pieces_hold_the_moments_motion_in_all_three_axes():
     powers = 2.0 / np.arange(1, 9) * (np.arange(8) % 2 == 0)  # integral of x^k over -1 ... 1
     for row in found.pieces:
         total += 0.5 * row[1] * row[12:].reshape(3, 8) @ powers
-    assert moment(y, p) + total == pytest.approx(moment(found.hidden, p), abs=1e-9)
+    assert moment(y, p) + total == pytest.approx(moment(found.internal_state, p), abs=1e-9)
 
 
 def test_the_thread_is_unstable_in_large_swings_a_tiny_seed_grows_without_any_defect():
@@ -85,7 +85,7 @@ def test_friction_stops_the_jewel_and_holds_it():
     end = move(0.0, 0.3, swung(p, 0.1), p, rotor.omega_rad_per_s)
     assert end.stuck
     assert abs(end.phi_rad) <= rotor.tf_over_i_rad_per_s2 / rotor.omega_rad_per_s**2
-    again = move(0.0, 5.0, end.hidden, p, rotor.omega_rad_per_s)
+    again = move(0.0, 5.0, end.internal_state, p, rotor.omega_rad_per_s)
     assert again.phi_rad == pytest.approx(end.phi_rad, abs=1e-8)
     assert len(again.pieces) < 20
 
@@ -95,8 +95,8 @@ def test_a_motion_can_be_cut_and_goes_on():
     y = moved(rest_state(p, rotor.omega_rad_per_s), np.array([0, 0, 0, 0, 0.9]))
     whole = move(0.0, 0.05, y, p, rotor.omega_rad_per_s)
     half = move(0.0, 0.0233, y, p, rotor.omega_rad_per_s)
-    rest = move(0.0233, 0.05, half.hidden, p, rotor.omega_rad_per_s)
-    assert rest.hidden == pytest.approx(whole.hidden, abs=1e-4)
+    rest = move(0.0233, 0.05, half.internal_state, p, rotor.omega_rad_per_s)
+    assert rest.internal_state == pytest.approx(whole.internal_state, abs=1e-4)
     assert rest.phi_rad == pytest.approx(whole.phi_rad, abs=1e-7)
 
 

@@ -1,0 +1,123 @@
+"""Requests from keyword arguments: flat names, people's units, ranges; and what help() says of each of them."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from difflib import get_close_matches
+from typing import Annotated, Any, TypeVar, get_args, get_origin
+
+from pydantic import BaseModel
+
+from drivers.errors import ConfigError, InputError
+from drivers.validation import validated
+from platform_daemon.core.schemas.base import attribute_docstrings
+from platform_daemon.features.sweep.keys import keys_of
+
+FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
+ModelT = TypeVar("ModelT", bound=BaseModel)
+_FURTHER = "Further arguments; what is not given is as the daemon has it:"
+_UNITS = "Keys in T, s, Hz and rad may also be given as NAME_ut, NAME_mt, NAME_ms, NAME_khz and NAME_deg."
+_LIMITS = {"gt": "above {}", "ge": "at least {}", "lt": "below {}", "le": "at most {}"}
+
+
+def request_from(
+    model: type[ModelT], values: Mapping[str, Any], where: str, *, base: BaseModel | None = None
+) -> ModelT:
+    """The request with these values; base: one whose other values it has, None: the defaults.
+
+    values: by the names of `keys_of`: `field_t`, `sequence.field_t` and `field_ut` are the same key.
+    Raises InputError for a name that is no key, a key that is given twice, or a value that is none.
+    """
+    keys, table = keys_of(model), {} if base is None else base.model_dump()
+    taken: dict[tuple[str, ...], str] = {}
+    for name, value in values.items():
+        key = keys.get(name)
+        if key is None and name not in model.model_fields:
+            near = get_close_matches(name, [each for each in keys if "." not in each], 3)
+            remedy = f"did you mean {' or '.join(near)}?" if near else f"help({where}) lists what there is"
+            raise InputError(f"there is no argument {name!r}", where=where, remedy=remedy)
+        path = (name,) if key is None else key.path
+        if path in taken:
+            remedy = "give one of the two"
+            raise InputError(f"{name} and {taken[path]} are the same", where=where, remedy=remedy)
+        taken[path] = name
+        place: dict[str, Any] = table
+        for part in path[:-1]:
+            place = place.setdefault(part, {})
+        place[path[-1]] = _plain(value if key is None else key.value(value))
+    try:
+        return validated(model, table, where)
+    except ConfigError as error:
+        remedy = f"help(Client.{where}) says of every argument what it means, its unit and its limits"
+        raise InputError(error.what, where=error.where, why=error.why, remedy=remedy) from None
+
+
+def _plain(value: Any) -> Any:
+    """Ranges, arrays and numbers of numpy as lists and numbers."""
+    if isinstance(value, BaseModel | str | bytes):
+        return value
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {name: _plain(each) for name, each in value.items()}
+    return [_plain(each) for each in value] if isinstance(value, Iterable) else value
+
+
+def axes(over: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]]) -> list[Any]:
+    """The axes of a sweep, from `{"field_ut": range(50, 301, 50)}` or as a request has them."""
+    if not isinstance(over, Mapping):
+        return [_plain(each) for each in over]
+    return [{"key": key, "values": _plain(values)} for key, values in over.items()]
+
+
+def takes(model: type[BaseModel], *leave_out: str) -> Callable[[FunctionT], FunctionT]:
+    """Give a method whose keywords become a request their names for completion, and a help text with units and limits.
+
+    leave_out: keys that the method fills in itself.
+    """
+
+    def described(function: FunctionT) -> FunctionT:
+        signature = inspect.signature(function)
+        own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
+        known = {each.name for each in own} | set(leave_out)
+        lines, keywords = [], []
+        for name, text, kind in _fields(model):
+            if name not in known:
+                known.add(name)
+                lines.append(f"    {name}: {text}")
+                keywords.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=..., annotation=kind))
+        function.__doc__ = "\n".join((inspect.getdoc(function) or "", "", _FURTHER, *lines, "", _UNITS, ""))
+        rest = [each for each in signature.parameters.values() if each.kind is inspect.Parameter.VAR_KEYWORD]
+        function.__signature__ = signature.replace(parameters=[*own, *keywords, *rest])  # type: ignore[attr-defined]
+        return function
+
+    return described
+
+
+def _fields(model: type[BaseModel]) -> list[tuple[str, str, Any]]:
+    """Name, text with limits, and type of each key of a request and of what it nests, from the outside inwards."""
+    own, inner = [], []
+    texts = attribute_docstrings(model)
+    for name, field in model.model_fields.items():
+        kind = field.annotation
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            inner += _fields(kind)
+        else:
+            own.append((name, " ".join(filter(None, (texts.get(name, ""), _limits(kind, field.metadata)))), kind))
+    return own + inner
+
+
+def _limits(kind: Any, metadata: Iterable[Any]) -> str:
+    """As `[above 0, at most 1]`; empty: any value of that type."""
+    marks = [*metadata, *_marks(kind)]
+    found = {text: getattr(mark, limit) for limit, text in _LIMITS.items() for mark in marks if hasattr(mark, limit)}
+    return f"[{', '.join(text.format(f'{value:g}') for text, value in found.items())}]" if found else ""
+
+
+def _marks(kind: Any) -> list[Any]:
+    """The constraints inside of a type, as of `Annotated[float, Field(gt=0)] | None`."""
+    if get_origin(kind) is Annotated:
+        inner, *marks = get_args(kind)
+        return [*(each for mark in marks for each in getattr(mark, "metadata", (mark,))), *_marks(inner)]
+    return [mark for each in get_args(kind) for mark in _marks(each)]

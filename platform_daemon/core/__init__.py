@@ -1,0 +1,1 @@
+"""What all features share: schemas, jobs, recordings, state, hardware, guard, service and web."""

@@ -1,0 +1,1 @@
+"""The hardware process: one shot, the interlock, the hardware thread, read-back and settling."""

@@ -1,0 +1,1 @@
+"""Jobs: record, registry, queue, progress and the pool of worker processes."""

@@ -1,0 +1,39 @@
+"""Figures: colours that the colour-blind tell apart, and PNG."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from platform_daemon.core.schemas.control_characters import encodable
+from platform_daemon.core.state.durable import write_file
+
+COLOURS = ("#1b6ca8", "#d1495b", "#3a7d44")
+BEFORE, AFTER = COLOURS[1], COLOURS[0]
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG; the file appears whole or not at all."""
+    write_file(path, png_of(figure, 110))
+
+
+def png_of(figure: Figure, dpi: int) -> bytes:
+    """A figure as the bytes of a PNG file; text in it as `encodable`: titles name files."""
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        if (shown := encodable(text.get_text())) != text.get_text():
+            text.set_text(shown)
+    buffer = BytesIO()
+    figure.savefig(buffer, dpi=dpi, format="png")
+    return buffer.getvalue()
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Of this size in inches."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure

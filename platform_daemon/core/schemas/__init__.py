@@ -1,0 +1,1 @@
+"""Pydantic models that all features share."""

@@ -1,0 +1,37 @@
+"""Text that people give: names are one line, comments may be several; neither contains control characters."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from .control_characters import CONTROL_CHARACTERS
+
+_OF_TEXT = "\n\r\t"
+
+
+def _one_line(text: str) -> str:
+    found = CONTROL_CHARACTERS.search(text)
+    if found is not None:
+        raise ValueError(f"holds the control character {found[0]!a}: it is one line of plain text")
+    return text
+
+
+def _lines(text: str) -> str:
+    found = next((each for each in CONTROL_CHARACTERS.findall(text) if each not in _OF_TEXT), None)
+    if found is not None:
+        raise ValueError(f"holds the control character {found!a}: it is plain text, of several lines perhaps")
+    return text
+
+
+OneLine = AfterValidator(_one_line)
+"""For a field: text without control characters."""
+Name = Annotated[str, Field(min_length=1, max_length=200), OneLine]
+"""Of a person, or of what people call by one."""
+Line = Annotated[str, Field(max_length=2000), OneLine]
+"""One line, which may be empty."""
+SeveralLines = AfterValidator(_lines)
+"""For a field: the same, but for newlines and tabs."""
+Text = Annotated[str, Field(max_length=2000), SeveralLines]
+"""A comment, which may have several lines."""

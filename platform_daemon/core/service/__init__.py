@@ -1,0 +1,1 @@
+"""The application service: one interface for CLI, REST, schedules and procedures, local or over a socket."""

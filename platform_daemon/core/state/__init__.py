@@ -1,0 +1,1 @@
+"""State of the daemon other than recordings: durable writing, locks, events, audit, tokens, index."""

@@ -1,0 +1,1 @@
+"""The web application: problem details, roles and access, event stream, stop port."""

@@ -1,0 +1,1 @@
+"""Routes that belong to no feature: platform, catalogue, events, stop."""

@@ -1,0 +1,140 @@
+"""Calibration of the receive side as a job: a known dipole in the resonator's place gives P by frequency."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.calibration import ReceiveCalibration
+from drivers.errors import DeviceFault, InputError
+from platform_daemon.core.recordings.calibrations import add_receive_calibration
+from platform_daemon.core.schemas.base import NoResult
+from platform_daemon.core.schemas.calibrations import CalibrationReport, ReceiveCalibrationReport
+from sequences.tones import ToneShot, dipole_shot
+
+from .calibration_bench import NO_PRODUCT, CalibrationBench, CalibrationJob, complex_table, ended, needed
+
+if TYPE_CHECKING:
+    from platform_daemon.estimation.calibration.phasors import Phasors
+    from platform_daemon.estimation.calibration.receive import ReceiveResult
+
+AXES = ("x", "y", "z")
+OUTPUT_SHARE, INPUT_SHARE = 0.9, 0.4  # of full scale: on the dipole's output, and expected at the ADC
+
+
+class ReceiveCalibrationWork:
+    """The dipole along x, y, z, every frequency one shot: P per channel, axis and frequency."""
+
+    kind, unit, no_result = "calibration", "shots", NoResult()
+
+    def __init__(self, bench: CalibrationBench) -> None:
+        """Raises ConfigError, InputError."""
+        self._bench, self._dipole = bench, needed(bench.platform.reference, "reference dipole")
+        self.request, self.total = bench.request, bench.shots(len(AXES))
+        shots = [self._shot(f) for f in self._bench.frequencies_hz]
+        for shot, f in zip(shots, self._bench.frequencies_hz, strict=True):
+            self._check_length(shot, f)
+        self.shots_s = self._bench.shots_s([shot for _ in AXES for shot in shots])
+        self.duration_s = sum(self.shots_s)
+
+    def __call__(self, job: CalibrationJob) -> None:
+        """Measure, write a new version.  Raises Cancelled, DeviceError, StorageError; no file is left then."""
+        from platform_daemon.estimation.calibration.receive import receive_result
+
+        columns = []
+        try:
+            for axis in AXES:
+                what = f"turn the reference dipole along {axis}, at the resonator's place"
+                self._bench.place(job, lambda axis=axis: self._dipole.turn(axis), what)  # type: ignore[misc]
+                job.expect(self.shots_s)  # the wait for a person says nothing of the pace
+                columns.append([self._column(job, axis, f) for f in self._bench.frequencies_hz])
+        finally:
+            self._dipole.remove()
+        p, std = (np.array([[c[part] for c in rows] for rows in columns]).transpose(2, 0, 1) for part in (0, 1))
+        self._keep(job, receive_result(self._bench.frequencies_hz, p, std, self._dipole.relative_std()))
+
+    def _column(self, job: CalibrationJob, axis: str, f: float) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+        """P of one axis at one frequency, (channel,), with its standard deviation."""
+        from platform_daemon.estimation.calibration.receive import sensitivity_from
+
+        shot = self._shot(f)
+        heard = self._heard(job, shot, f, f"dipole along {axis}, {f:g} Hz")
+        moment = self._dipole.moment_per_volt_am2(f) * shot.timeline.bursts[0].amplitude_v
+        return sensitivity_from(heard.value, heard.std, moment, f)
+
+    def _heard(self, job: CalibrationJob, shot: ToneShot, f: float, phase: str) -> Phasors:
+        from platform_daemon.estimation.calibration.phasors import combine, segment_phasors
+
+        start, rate_hz = shot.timeline.rx_start, shot.timeline.clock.rate_hz
+        found = []
+        for _ in range(self._bench.request.repetitions):
+            volts = self._bench.shoot(job, shot, phase).volts[:, start:].astype(np.float64)
+            if np.max(np.abs(volts)) > 0.98 * self._bench.side.card.input_full_scale_v:
+                why = "the receive side is more sensitive than the calibration in use says, or hears something else"
+                raise DeviceFault(f"{phase}: the ADC clips", why=why, remedy="lower the LNA gain")
+            found.append(segment_phasors(volts, f, rate_hz, start))
+        return combine(np.concatenate(found))
+
+    def _shot(self, f: float) -> ToneShot:
+        """As loud as output and input allow, if the calibration in use is right to a factor of two."""
+        strongest = float(np.max(np.abs(self._bench.platform.calibration.sensitivity)))
+        per_volt = 2 * np.pi * f * abs(self._dipole.moment_per_volt_am2(f)) * strongest
+        can = self._bench.side.card
+        volts = min(OUTPUT_SHARE * can.output_full_scale_v, INPUT_SHARE * can.input_full_scale_v / per_volt)
+        if can.output_step_v:
+            volts = can.output_step_v * max(1, round(volts / can.output_step_v))
+        return dipole_shot(self._dipole.output(), f, volts, self._bench.request.listen_s, self._bench.side)
+
+    def _check_length(self, shot: ToneShot, f: float) -> None:
+        from platform_daemon.estimation.calibration.phasors import segment_length
+
+        try:
+            segment_length(shot.timeline.rx_samples, f, shot.timeline.clock.rate_hz)
+        except ValueError as error:
+            raise InputError("the shots are too short", where="listen_s", why=str(error), remedy="lengthen") from None
+
+    def _keep(self, job: CalibrationJob, found: ReceiveResult) -> None:
+        from platform_daemon.estimation.calibration.receive import unlike_declared
+
+        made = self._bench.platform.clock.utc()
+        celsius, valid_c = self._bench.temperatures_c()
+        calibration = ReceiveCalibration(
+            sensitivity=found.sensitivity,
+            date=made.isoformat(),
+            lna_gain=self._bench.platform.lna.gain(),
+            frequency_hz=found.frequency_hz,
+            frequency_response=found.response,
+            sensitivity_std=found.sensitivity_std,
+            p_std=found.std,
+            relative_std=found.relative_std,
+            valid_hz=self._bench.extent_hz,
+            valid_c=valid_c,
+            temperature_c=celsius,
+        )
+        path = add_receive_calibration(self._bench.folder, self._bench.request.file_name, made, calibration, found.p)
+        job.warnings += unlike_declared(found.sensitivity, self._bench.platform.calibration.sensitivity)
+        if found.chi2_per_dof > NO_PRODUCT:
+            job.warnings.append(
+                f"calibration_response: one frequency response per channel does not explain P (chi2/dof "
+                f"{found.chi2_per_dof:.2f}); the dipole may have moved"
+            )
+        report = ReceiveCalibrationReport(
+            calibration=path.stem,
+            file=path.name,
+            kind="receive",
+            dipole=self._dipole.identity().model,
+            lna_gain=self._bench.platform.lna.gain(),
+            frequency_hz=found.frequency_hz.tolist(),
+            p_t_per_a=complex_table(found.p, found.std),
+            relative_std=found.relative_std,
+            sensitivity_t_per_a=found.sensitivity.tolist(),
+            sensitivity_std_t_per_a=found.sensitivity_std.tolist(),
+            chi2_per_dof=found.chi2_per_dof,
+            date=made.isoformat(),
+            temperature_c=celsius,
+            valid_hz=self._bench.extent_hz,
+            valid_c=valid_c,
+        )
+        ended(job, CalibrationReport(report))

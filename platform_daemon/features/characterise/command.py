@@ -1,0 +1,282 @@
+"""`platform-daemon characterise`: the paper's tables and figures of one resonator, from many shots."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from drivers.errors import InputError
+from platform_daemon.core.command_line.csv_table import write_csv
+from platform_daemon.core.command_line.interrupts import end_at_once, heed_one_interrupt
+from platform_daemon.core.command_line.options import (
+    CalibrationOption,
+    FramesOption,
+    HtmlOption,
+    KeptOptions,
+    PlatformOptions,
+    StepOption,
+    TableOptions,
+    TermOption,
+    VariantOption,
+    calibration_in,
+    measuring_engine,
+)
+from platform_daemon.core.command_line.output import must_not_exist, write_json, write_page
+from platform_daemon.core.command_line.recording_target import prepare_target
+from platform_daemon.core.command_line.request_fields import REQUEST_FIELDS, Limits
+from platform_daemon.core.command_line.request_options import Keys, offers, option_groups
+from platform_daemon.features.models.options import variant_named
+
+if TYPE_CHECKING:
+    from platform_daemon.core.hardware.engine import Engine
+    from platform_daemon.features.models.resolve import ModelChoice
+    from platform_daemon.features.procedures.schema import ProcedureResult
+
+    from .schema import CharacterisationReport
+    from .tables import CharacterisationTask
+
+
+SHOTS = offers(
+    "CharacteriseRequest",
+    "acquisition.resonator",
+    "acquisition.preset",
+    "acquisition.shots",
+    "acquisition.blank_shots",
+    "acquisition.sequence.field_ut",
+    "acquisition.sequence.rx_s",
+    "acquisition.sequence.pause_s",
+    "acquisition.sample",
+    "acquisition.operator",
+    "acquisition.comment",
+    changes={
+        "acquisition.resonator": {
+            "help": "Measure this one: thread, jewel, or a resonator file.",
+            "required": False,
+        },
+        "acquisition.shots": {"default": 100, "limits": Limits(low=1, high=1_000_000)},
+        "acquisition.blank_shots": {"default": 4},
+    },
+)
+SourceOption = Annotated[
+    list[Path] | None,
+    typer.Option("--from", help="Or a recording with the shots of one resonator; several: each by itself."),
+]
+OutOption = Annotated[Path, typer.Option("--output", "--out", help="Recording to write.")]
+DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Check the shots and show the plan; nothing moves.")]
+_ALPHA: float = REQUEST_FIELDS["CharacteriseRequest"]["alpha"].default
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProcedureOptions:
+    """What is done before the shots are made."""
+
+    tune: Annotated[bool, typer.Option(help="Find f_nat and the sequence first.")] = True
+    ramp: Annotated[
+        bool | None, typer.Option(help="Find the field first, 80 % of that of side modes; default: unless --field-ut.")
+    ] = None
+    max_ut: Annotated[float | None, typer.Option(help="Field that the ramp does not pass, uT.")] = None
+
+    def keys(self, acquisition: Keys) -> Keys:
+        """As the request has them, whose shots are made as `acquisition` says."""
+        ramps = "field_t" not in acquisition.get("sequence", {}) if self.ramp is None else self.ramp
+        limits = {"max_t": None if self.max_ut is None else 1e-6 * self.max_ut}
+        return {"tune": self.tune, "ramp": limits if ramps else None}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingOptions:
+    """How the shots of a recording are fitted."""
+
+    frames: FramesOption = None
+    step: StepOption = None
+    term: TermOption = None
+    calibration: CalibrationOption = None
+
+    def refuse(self) -> None:
+        """Raises InputError for an option that shots which are still to be made cannot have."""
+        given = {
+            "--frames": self.frames,
+            "--step": self.step,
+            "--with-term": self.term,
+            "--calibration": self.calibration,
+        }
+        for name in (name for name, value in given.items() if value is not None):
+            raise InputError("goes with a recording", where=name, remedy="measure first, then give it with --from")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportOptions(TableOptions):
+    """What the report compares, and the files that it is written to."""
+
+    hold: Annotated[
+        list[str] | None, typer.Option("--hold", help="Hold the loss NAME=VALUE in N50; default: lambda, of D30.")
+    ] = None
+    alpha: Annotated[float, typer.Option(min=1e-12, max=0.5, help="Level of significance.")] = _ALPHA
+    html: HtmlOption = None
+
+    @property
+    def held(self) -> dict[str, float] | None:
+        """What N50 holds; None: lambda, of D30.  Raises InputError."""
+        from platform_daemon.core.command_line.parsing import parse_values
+
+        return parse_values(self.hold, "--hold") if self.hold else None
+
+    def check(self) -> None:
+        """Raises InputError for a value or a file that cannot be."""
+        assert self.held is None or self.held
+        super().check()
+        must_not_exist(self.html, self.force, ".html", ".htm")
+
+
+@option_groups
+def characterise(
+    *,
+    shots: Annotated[Keys, SHOTS],
+    source: SourceOption = None,
+    out: OutOption = Path("characterise.h5"),
+    dry_run: DryRunOption = False,
+    variant: VariantOption = None,
+    kept: KeptOptions,
+    procedure: ProcedureOptions,
+    recording: RecordingOptions,
+    report: ReportOptions,
+    where: PlatformOptions,
+) -> None:
+    """Fit many shots over N50 and D30: tables and figures of the paper, and whether the two windows agree.
+
+    Either of shots that are made now (--resonator), or of a recording (--from).
+    """
+    acquisition = shots["acquisition"]
+    sources = list(dict.fromkeys(source or []))
+    if ("resonator" not in acquisition) == (not sources):
+        remedy = "name a resonator to measure, or a recording"
+        raise InputError("give one of the two", where="--resonator, --from", remedy=remedy)
+    report.check()
+    heed_one_interrupt()
+    if sources:
+        _of_recordings(sources, variant_named(variant, kept.models), recording, report)
+        return
+    recording.refuse()
+    request = {"acquisition": {**acquisition, "variant": variant}, **procedure.keys(acquisition)}
+    with measuring_engine(where, kept, dry_run=dry_run) as engine:
+        _of_resonator(engine, request, out, report, dry_run=dry_run)
+
+
+def _of_resonator(engine: Engine, request: Keys, out: Path, wanted: ReportOptions, *, dry_run: bool) -> None:
+    """Raises InputError, and what `conduct` raises."""
+    from drivers.validation import validated
+    from platform_daemon.features.procedures.bench import ReportFiles
+    from platform_daemon.features.procedures.command import conduct
+    from platform_daemon.features.tune.work import NotTuned
+
+    from .schema import CharacteriseRequest
+
+    prepare_target(out, force=wanted.force, dry_run=dry_run)
+    keys = {"kind": "characterise", "held_in_n50": wanted.held or {}, "alpha": wanted.alpha, **request}
+    conduct(
+        engine,
+        validated(CharacteriseRequest, keys, "characterise"),
+        out,
+        wanted.json_file if dry_run else None,
+        dry_run=dry_run,
+        csv_file=wanted.csv_file if dry_run else None,
+        overwrite=wanted.force,
+        reports=ReportFiles(report=wanted.json_file, html=wanted.html),
+        unusable=NotTuned,
+        write=lambda result: _write_table(result, wanted.csv_file),
+        report=lambda result: _print_outcome(result, wanted.html),
+    )
+
+
+def _write_table(result: ProcedureResult, csv_file: Path | None) -> None:
+    from .report import parameter_rows
+    from .schema import CharacteriseOutcome
+
+    if isinstance(result.outcome, CharacteriseOutcome):
+        write_csv(csv_file, parameter_rows(result.outcome.report))
+
+
+def _print_outcome(result: ProcedureResult, html: Path | None) -> None:
+    """What tune, ramp and the shots have brought; the page is written already."""
+    from platform_daemon.features.ramp.report import ramp_text
+    from platform_daemon.features.tune.report import outcome_text
+
+    from .report import characterisation_text
+    from .schema import CharacteriseOutcome
+
+    if not isinstance(result.outcome, CharacteriseOutcome):
+        return
+    if result.outcome.tune is not None:
+        print(outcome_text(result.outcome.tune))
+    if result.outcome.ramp is not None:
+        print(ramp_text(result.outcome.ramp))
+    print(characterisation_text(result.outcome.report))
+    if html is not None:
+        print(html)
+
+
+def _of_recordings(
+    sources: list[Path], model: ModelChoice | None, options: RecordingOptions, wanted: ReportOptions
+) -> None:
+    """Each by itself, all checked first.  Raises InputError, RecordingError, typer.Exit: 3 if one has no fit."""
+    from platform_daemon.core.command_line.parsing import parse_frames
+    from platform_daemon.features.fit.fit_request import FitSettings
+
+    from .tables import characterisation_task
+
+    if len(sources) > 1 and wanted.html is not None:
+        remedy = "name one recording with --from, or leave --html out"
+        raise InputError("a page shows one recording", where="--html", remedy=remedy)
+    settings = FitSettings(
+        model,
+        calibration=calibration_in(options.calibration),
+        terms=tuple(options.term or ()),
+        frames=None if options.frames is None else parse_frames(options.frames),
+        step=options.step,
+    )
+    try:
+        _fit_all([characterisation_task(each, settings, wanted.held, wanted.alpha) for each in sources], wanted)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        end_at_once()
+
+
+def _fit_all(tasks: list[CharacterisationTask], wanted: ReportOptions) -> None:
+    """Fit with a bar, write the files, print the tables.  Raises typer.Exit: 3 if no shot of one of them has a fit."""
+    from .report import characterisation_text, parameter_rows
+    from .schema import CharacterisationBatch
+
+    reports = tuple(_fitted(task) for task in tasks)
+    write_json(wanted.json_file, reports[0] if len(tasks) == 1 else CharacterisationBatch(files=reports))
+    write_csv(wanted.csv_file, (row for report in reports for row in parameter_rows(report)))
+    if wanted.html is not None:
+        from .page import characterisation_html
+        from .tables import shown_shot
+
+        write_page(wanted.html, characterisation_html(reports[0], shown_shot(tasks[0], reports[0])))
+    for task, report in zip(tasks, reports, strict=True):
+        if len(tasks) > 1:
+            print(f"{task.path}:")
+        print(characterisation_text(report))
+    if wanted.html is not None:
+        print(wanted.html)
+    refused = [each.file for each in reports if not (each.n50.good or each.d30.good)]
+    if refused:
+        place = f"{', '.join(refused)}: " if len(tasks) > 1 else ""
+        print(f"{place}every shot was refused in both windows", file=sys.stderr)
+        raise typer.Exit(3)
+
+
+def _fitted(task: CharacterisationTask) -> CharacterisationReport:
+    from platform_daemon.core.command_line.progress import prepare_fit, progress
+    from platform_daemon.features.fit.fit_files import workers_for
+
+    from .tables import characterise as fit_and_tell
+
+    prepare_fit()  # or the time of the first fit would be that of compiling
+    with progress() as display, workers_for(task.frames) as workers:
+        return fit_and_tell(task, workers, display.tell)

@@ -1,0 +1,1 @@
+"""Fits of many files: on all cores, on a cluster, with a ledger of finished files."""

@@ -1,0 +1,27 @@
+"""Which frames of a file are meant: all, or those that are named."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol
+
+from drivers.errors import InputError
+
+
+class _Frames(Protocol):
+    @property
+    def path(self) -> Path: ...
+    @property
+    def frames(self) -> int: ...
+
+
+def chosen_frames(file: _Frames, asked: Sequence[int] | None) -> tuple[int, ...]:
+    """The requested frames, in order, each once; None: all.  Raises InputError for one that does not exist."""
+    if asked is None:
+        return tuple(range(file.frames))
+    for k in asked:
+        if not 0 <= k < file.frames:
+            remedy = f"frames go from 0 to {file.frames - 1}"
+            raise InputError(f"frame {k} does not exist", where=str(file.path), remedy=remedy)
+    return tuple(sorted(set(asked)))

@@ -1,0 +1,160 @@
+"""On-line fits of a running series: each from the file of its shot, by whichever process computes.
+
+What a series has learned of its noise, and its fits, travel as bytes: the process that owns the hardware keeps them and
+never looks inside, so it needs none of what they are made of.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from platform_daemon.core.recordings.header import FitTable
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.schemas.base import Window
+from platform_daemon.core.schemas.fits import FitReport, FrameFit, unfitted
+from platform_daemon.core.schemas.harmonics import ShotHarmonics
+
+if TYPE_CHECKING:
+    from drivers.calibration import ReceiveCalibration
+    from platform_daemon.features.models.resolve import ModelChoice
+
+
+@dataclass(frozen=True)
+class NamedModel:
+    """A model by its label, for a process that must not load what it is made of; library: folder of adopted models."""
+
+    label: str
+    library: Path | None = None
+
+    def choice(self) -> ModelChoice:
+        """The model.  Raises InputError if it is not there any more."""
+        from platform_daemon.features.models.library import Library
+        from platform_daemon.features.models.resolve import resolve
+
+        found = resolve(self.label, None if self.library is None else Library(self.library))
+        assert found is not None
+        return found
+
+
+def checked_model(label: str, library: Path | None) -> NamedModel:
+    """A declared or adopted model by the label that results are marked with; library: folder of adopted models.
+
+    What the model is made of is not loaded.  Raises InputError, with the names that are known.
+    """
+    from platform_daemon.features.models.resolve import checked_variant, label_of
+
+    found = NamedModel(label, library).choice()
+    return NamedModel(checked_variant(found) if isinstance(found, str) else label_of(found), library)
+
+
+@dataclass(frozen=True)
+class ShotFit:
+    """Results of one shot.
+
+    noise: what the series has learned, bytes for the next shot; harmonics: of an excited shot; fit: bytes for
+    `SeriesTable`, None: none was requested; frame: the same fit as reported, with number 0; values: parameters of a
+    good fit by public name.
+    """
+
+    noise: bytes | None
+    harmonics: ShotHarmonics | None
+    fit: bytes | None = None
+    frame: FrameFit | None = None
+
+
+@dataclass(frozen=True)
+class OnlineFit:
+    """Reads a stored shot, learns from its noise and fits it.  A task of the task executor.
+
+    file: recording of one shot; calibration: of the platform; window: None: no fit; blank: a shot without excitation;
+    moment_am2: expected; noise: what was learned from the shots before, None: there were none.
+    """
+
+    file: Path
+    calibration: ReceiveCalibration
+    model: NamedModel
+    window: Window | None
+    moment_am2: float | None
+    temperature_c: float | None
+    blank: bool
+    noise: bytes | None
+
+    def __call__(self, tell: Callable[[float, str], None]) -> ShotFit:
+        """Raises RecordingError."""
+        from platform_daemon.estimation.calibration.validity import ShotConditions
+        from platform_daemon.estimation.noise.series import SeriesNoise
+        from platform_daemon.features.models.adopted_model import AdoptedModel
+
+        from .drive_hint import with_drive_hint
+        from .fit import fit_frame, frame_report
+        from .fit_request import FitRequest
+        from .harmonics import shot_harmonics
+        from .noise import learn_noise
+
+        recording = open_recording(self.file)
+        rx, rate_hz = recording.rx_volts(0), recording.sequence.rate_hz
+        seen = None if self.blank else ShotHarmonics(shot_harmonics(rx, rate_hz, self.calibration))
+        if self.window is None:
+            return ShotFit(self.noise, seen)
+        noise = SeriesNoise() if self.noise is None else pickle.loads(self.noise)
+        choice = self.model.choice()
+        undone = choice.receiver if isinstance(choice, AdoptedModel) else ()
+        calibration = replace(self.calibration, receiver=undone)
+        learn_noise(noise, rx, rate_hz, calibration, blank=self.blank)
+        if self.blank:
+            return ShotFit(pickle.dumps(noise), seen)
+        ask = FitRequest(choice, self.window, moment_am2=self.moment_am2)
+        taken = ShotConditions(self.temperature_c, self.calibration.lna_gain)
+        fit = with_drive_hint(fit_frame(rx, rate_hz, calibration, ask, noise, taken), recording, 0)
+        return ShotFit(pickle.dumps(noise), seen, pickle.dumps(fit), frame_report(0, fit))
+
+
+@dataclass(frozen=True)
+class SeriesFits:
+    """Table and report of the fits of a series."""
+
+    table: FitTable
+    report: FitReport
+
+
+@dataclass(frozen=True)
+class SeriesTable:
+    """Puts the fits of a series together.  A task of the task executor.
+
+    file: name of the recording; calibration: of the platform; fits: of its shots, or why there is none.
+    """
+
+    file: str
+    model: NamedModel
+    window: Window
+    calibration: ReceiveCalibration
+    fits: Sequence[bytes | str]
+
+    def __call__(self, tell: Callable[[float, str], None]) -> SeriesFits:
+        """Raises InputError for a model that is not there any more."""
+        from .fit import file_report, frame_report
+        from .fit_request import FitRequest
+        from .series_table import fit_table
+
+        frames = [
+            unfitted(k, fit) if isinstance(fit, str) else frame_report(k, pickle.loads(fit))
+            for k, fit in enumerate(self.fits)
+        ]
+        ask = FitRequest(self.model.choice(), self.window)
+        table = fit_table(str(self.window), self.model.label, frames)
+        return SeriesFits(table, file_report(self.file, ask, frames, self.calibration))
+
+
+@dataclass(frozen=True)
+class Warmth:
+    """Compiles or loads the estimator's kernels.  A task of the task executor."""
+
+    def __call__(self, tell: Callable[[float, str], None]) -> float:
+        """Seconds that it took."""
+        from platform_daemon.estimation.compilation import warm_up
+
+        return warm_up()

@@ -1,0 +1,1 @@
+"""Statistics over the fits of a series."""

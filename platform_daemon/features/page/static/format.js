@@ -1,0 +1,120 @@
+// Numbers with units and the digits that their uncertainty allows, times in the zone of the browser.
+import { getPageFile } from "./api.js";
+
+/** @typedef {{symbol: string, display_unit: string, display_factor: number, description: string}} Definition */
+
+/** @type {Record<string, Definition>} */
+let definitions = {};
+
+/** Loads symbols and units of the parameters, which the daemon defines. */
+export async function loadDefinitions() {
+  definitions = await getPageFile("parameters.json");
+}
+
+/** @param {string} name @returns {Definition} */
+export function definitionOf(name) {
+  return definitions[name] ?? { symbol: name, display_unit: "", display_factor: 1, description: "" };
+}
+
+/** Symbol and unit, as for the heading of a column. @param {string} name */
+export function heading(name) {
+  const { symbol, display_unit: unit } = definitionOf(name);
+  return unit ? `${symbol} / ${unit}` : symbol;
+}
+
+/**
+ * A value with its standard deviation in brackets at the last digits, 215.6903(12), as the command line prints it.
+ * @param {number | null | undefined} value @param {number | null | undefined} std @param {number} [factor]
+ */
+export function uncertain(value, std, factor = 1) {
+  if (value === null || value === undefined) return "–";
+  if (!std || !(std > 0)) return significant(value * factor);
+  const digits = Math.max(0, 1 - Math.floor(Math.log10(std * factor)));
+  if (digits > 15) return significant(value * factor);
+  return `${(value * factor).toFixed(digits)}(${Math.round(std * factor * 10 ** digits)})`;
+}
+
+/** A parameter of a fit in the unit that people read. @param {string} name @param {{value: number, std: number | null}} estimate */
+export function parameter(name, estimate) {
+  return uncertain(estimate.value, estimate.std, definitionOf(name).display_factor);
+}
+
+/** @param {number | null | undefined} value @param {number} [digits] */
+export function significant(value, digits = 6) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  return String(Number(value.toPrecision(digits)));
+}
+
+/** @param {number | null | undefined} tesla */
+export function microtesla(tesla) {
+  return tesla === null || tesla === undefined ? null : `${significant(tesla * 1e6, 4)} µT`;
+}
+
+/** A duration in words. @param {number | null | undefined} seconds */
+export function duration(seconds) {
+  if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return "–";
+  const s = Math.max(0, seconds);
+  if (s < 10) return `${s.toFixed(1)} s`;
+  if (s < 120) return `${Math.round(s)} s`;
+  if (s < 7200) return `${Math.floor(s / 60)} min ${Math.round(s % 60)} s`;
+  if (s < 172800) return `${Math.floor(s / 3600)} h ${Math.round((s % 3600) / 60)} min`;
+  return `${Math.round(s / 86400)} days`;
+}
+
+/** @param {number | null | undefined} bytes */
+export function size(bytes) {
+  if (bytes === null || bytes === undefined) return "–";
+  return bytes >= 1e9 ? `${(bytes / 1e9).toFixed(1)} GB` : `${(bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0)} MB`;
+}
+
+const DATE = new Intl.DateTimeFormat(undefined, { dateStyle: "medium", timeStyle: "medium" });
+const CLOCK = new Intl.DateTimeFormat(undefined, { timeStyle: "medium" });
+
+/** Date and time of an ISO 8601 string. @param {string | null | undefined} iso */
+export function when(iso) {
+  if (!iso) return "–";
+  const date = new Date(iso);
+  if (Number.isNaN(date.getTime())) return iso;
+  const today = date.toDateString() === new Date().toDateString();
+  return h_time(iso, (today ? CLOCK : DATE).format(date));
+}
+
+/** @param {string} iso @param {string} text */
+function h_time(iso, text) {
+  const element = document.createElement("time");
+  element.dateTime = iso;
+  element.textContent = text;
+  return element;
+}
+
+/** Now, to the second. */
+export function clockNow() {
+  return CLOCK.format(new Date());
+}
+
+/** The zone of all times of the page. */
+export function zone() {
+  return Intl.DateTimeFormat().resolvedOptions().timeZone;
+}
+
+/** Words for a name of a key: "max_field_t" becomes "max field", and its unit is given by unitOf. @param {string} key */
+export function words(key) {
+  return key.replace(UNIT, "").replaceAll("_", " ");
+}
+
+const UNIT = /_(hz|s|t|ut|rad|deg|v|a|am2|am2_per_s|per_s|c|am2_per_s2|rad_per_s2|db|samples)$/;
+/** @type {Record<string, string>} */
+const UNITS = {
+  hz: "Hz", s: "s", t: "T", ut: "µT", rad: "rad", deg: "°", v: "V", a: "A", am2: "A m²", am2_per_s: "A m²/s",
+  per_s: "1/s", c: "°C", am2_per_s2: "A m²/s²", rad_per_s2: "rad/s²", db: "dB", samples: "samples",
+};
+
+/** The unit at the end of the name of a key, or "". @param {string} key */
+export function unitOf(key) {
+  return UNITS[UNIT.exec(key)?.[1] ?? ""] ?? "";
+}
+
+/** Words for a kind of job or a state. @param {string} text */
+export function plain(text) {
+  return text.replaceAll("_", " ");
+}

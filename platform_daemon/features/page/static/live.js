@@ -1,0 +1,247 @@
+// What happens, as it happens: one event stream for all tabs of a browser, and the state of the platform each second.
+//
+// The tab that holds the lock "platform-daemon-leader" reads, and tells the other tabs by a BroadcastChannel.  A tab that
+// is hidden gives the lock away: browsers slow its timers down to once a minute.  Web locks exist only on localhost and
+// with TLS; without them each tab that is shown reads for itself.
+import { address, get, request, withToken } from "./api.js";
+
+const POLL_MS = 1000;
+const POLL_LIMIT_MS = 2500;
+export const OLD_MS = 2500; // with a tick, seen in less than three seconds
+const MOST_DRAWS = 4; // in any second, so that an event seldom waits and a burst of events costs little
+const TICK_MS = 450; // how often is looked whether what is shown has become old
+const AGES_MS = 950; // ages change though nothing happens
+const KEPT_EVENTS = 200;
+const REPLAYED_MS = 600_000; // after a longer gap the views read everything again, and the events between are left out
+
+/** @typedef {{id: number, at: string | null, what: any}} PlatformEvent */
+
+export const live = {
+  /** @type {any} */ platform: null,
+  /** @type {any} */ job: null,
+  /** @type {any[]} */ alarms: [],
+  /** @type {PlatformEvent[]} */ events: [],
+  /** @type {string} */ problem: "",
+  clock_off_s: NaN, // by how much the clock of this device is ahead of the daemon's
+  heard_ms: -Infinity, // when the daemon was heard of last, by performance.now
+  event_ms: -Infinity, // when the last event came
+};
+
+/** @type {Set<() => void>} */
+const listeners = new Set();
+/** @type {Set<(event: PlatformEvent) => void>} */
+const eventListeners = new Set();
+const channel = "BroadcastChannel" in window ? new BroadcastChannel("platform-daemon") : null;
+let leads = false;
+/** @type {AbortController | null} what ends the wait for the lead, or the lead */
+let lead = null;
+let lastId = "";
+let listened_ms = 0; // by Date.now, which goes on while a phone sleeps
+/** @type {AbortController | null} */
+let stream = null;
+let drawing = 0;
+/** @type {number[]} */
+let drawn_ms = [];
+let drawnOld = true;
+let pollTimer = 0;
+
+/** Calls a function whenever something is new, at most four times a second; returns a function that ends that. @param {() => void} call */
+export function onChange(call) {
+  listeners.add(call);
+  return () => listeners.delete(call);
+}
+
+/** Calls a function for each event. @param {(event: PlatformEvent) => void} call */
+export function onEvent(call) {
+  eventListeners.add(call);
+  return () => eventListeners.delete(call);
+}
+
+/** Has the daemon not been heard of for too long? */
+export function isOld() {
+  return performance.now() - live.heard_ms > OLD_MS;
+}
+
+/** Begins to follow the daemon. */
+export function follow() {
+  channel?.addEventListener("message", ({ data }) => hear(data));
+  document.addEventListener("visibilitychange", () => (document.hidden ? lead?.abort() : wake()));
+  addEventListener("online", wake);
+  setInterval(() => {
+    if (isOld() !== drawnOld || performance.now() - (drawn_ms.at(-1) ?? -Infinity) >= AGES_MS) draw();
+  }, TICK_MS);
+  wake();
+}
+
+/** Reads everything again at once, as after a change by this page. */
+export function refresh() {
+  if (leads) poll();
+  else channel?.postMessage({ refresh: true });
+}
+
+/** Asks for the lead, or, where this tab has it, begins the stream again if it has ended without a word. */
+function wake() {
+  if (document.hidden) return;
+  if (!lead) seekLead();
+  else if (!leads) refresh();
+  else {
+    if (isOld()) stream?.abort();
+    poll();
+  }
+  draw();
+}
+
+async function seekLead() {
+  const mine = (lead = new AbortController());
+  try {
+    if (navigator.locks) await navigator.locks.request("platform-daemon-leader", { signal: mine.signal }, () => readWhileShown(mine.signal));
+    else await readWhileShown(mine.signal);
+  } catch {
+    // hidden before the lead was given
+  }
+  lead = null;
+  if (!document.hidden) seekLead();
+}
+
+/** @param {AbortSignal} signal */
+async function readWhileShown(signal) {
+  leads = true;
+  poll();
+  await readEvents(signal);
+  leads = false;
+  clearTimeout(pollTimer);
+}
+
+async function poll() {
+  clearTimeout(pollTimer);
+  try {
+    const signal = AbortSignal.timeout(POLL_LIMIT_MS);
+    const answer = await request("platform", { signal });
+    const platform = await answer.json();
+    const clock_off_s = (Date.now() - Date.parse(answer.headers.get("Date") ?? "")) / 1000;
+    const running = platform.running ? await get(pathOfJob(platform.running), { signal }) : null;
+    const job = running && shorten(running);
+    tell({ state: { platform, job, clock_off_s, problem: "" } });
+  } catch (error) {
+    const status = /** @type {any} */ (error).status;
+    tell({ state: { problem: /** @type {Error} */ (error).message }, silent: !status });
+  }
+  clearTimeout(pollTimer);
+  if (leads) pollTimer = window.setTimeout(poll, POLL_MS);
+}
+
+/** Only what is shown of a job that runs. @param {any} job */
+function shorten(job) {
+  const { result, ...rest } = job;
+  return { ...rest, recording: result?.recording ?? null, shots: result?.shots ?? null };
+}
+
+/** The path of a job by its id, whose first part is its kind. @param {string} id */
+export function pathOfJob(id) {
+  const kind = id.replace(/-\d{8}T\d{6}-.*$/, "").replaceAll("_", "-");
+  const plurals = /** @type {Record<string, string>} */ ({ diagnosis: "diagnoses" });
+  return `${plurals[kind] ?? `${kind}s`}/${id}`;
+}
+
+/** @param {AbortSignal} [signal] */
+async function loadAlarms(signal) {
+  try {
+    tell({ state: { alarms: (await get("alarms?limit=200", { signal })).items } });
+  } catch {
+    // the poll says what is wrong
+  }
+}
+
+/** Follows the events until the signal.  What came while nobody listened is replayed. @param {AbortSignal} signal */
+async function readEvents(signal) {
+  for (let wait_ms = 200; !signal.aborted; wait_ms = Math.min(3000, 2 * wait_ms)) {
+    stream = new AbortController();
+    const either = AbortSignal.any([signal, stream.signal]);
+    try {
+      await loadAlarms(AbortSignal.any([either, AbortSignal.timeout(POLL_LIMIT_MS)]));
+      if (lastId && Date.now() - listened_ms > REPLAYED_MS) {
+        tell({ event: { id: lastId, at: null, what: { kind: "dropped", count: null } } });
+        lastId = "";
+      }
+      const headers = withToken({ Accept: "text/event-stream", ...(lastId ? { "Last-Event-ID": lastId } : {}) });
+      const answer = await fetch(address("events"), { headers, signal: either, cache: "no-store" });
+      if (!answer.ok || !answer.body) throw new Error(`status ${answer.status}`);
+      wait_ms = 100;
+      await readStream(answer.body);
+    } catch {
+      // the connection has ended; the poll says so, if the daemon is gone
+    }
+    stream = null;
+    if (!signal.aborted) await pause(wait_ms, signal);
+  }
+}
+
+/** @param {number} wait_ms @param {AbortSignal} signal that ends it early */
+function pause(wait_ms, signal) {
+  return new Promise((resolve) => {
+    setTimeout(resolve, wait_ms);
+    signal.addEventListener("abort", resolve, { once: true });
+  });
+}
+
+/** @param {ReadableStream<Uint8Array>} body */
+async function readStream(body) {
+  const reader = body.getReader();
+  const decoder = new TextDecoder();
+  let text = "";
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) return;
+    listened_ms = Date.now();
+    text += decoder.decode(value, { stream: true }).replaceAll("\r", "");
+    const parts = text.split("\n\n");
+    text = parts.pop() ?? "";
+    for (const part of parts) {
+      const data = part.split("\n").filter((line) => line.startsWith("data:"));
+      if (data.length) tell({ event: JSON.parse(data.map((line) => line.slice(5)).join("\n")) });
+    }
+  }
+}
+
+/** Shows something here and in the other tabs. @param {any} news */
+function tell(news) {
+  hear(news);
+  channel?.postMessage(news);
+}
+
+/** @param {any} news */
+function hear(news) {
+  if (news.refresh) {
+    if (leads) poll();
+    return;
+  }
+  const waited = isOld();
+  if (!news.silent) live.heard_ms = performance.now();
+  if (news.state) Object.assign(live, news.state);
+  if (news.event) {
+    const event = news.event;
+    live.event_ms = performance.now();
+    lastId = String(event.id);
+    listened_ms = Date.now();
+    live.events = [...live.events.slice(1 - KEPT_EVENTS), event];
+    for (const call of eventListeners) call(event);
+    if (leads && event.what.kind === "alarm") loadAlarms();
+    if (leads && event.what.kind === "job") poll();
+  }
+  if (news.event || waited) draw(); // what is polled is drawn with the next tick, so that an event need not wait for it
+}
+
+function draw() {
+  if (drawing || document.hidden) return;
+  const earliest_ms = drawn_ms.length < MOST_DRAWS ? -Infinity : drawn_ms[0] + 1000;
+  const wait_ms = earliest_ms - performance.now();
+  if (wait_ms <= 0) drawNow();
+  else drawing = window.setTimeout(drawNow, wait_ms);
+}
+
+function drawNow() {
+  drawing = 0;
+  drawn_ms = [...drawn_ms, performance.now()].slice(-MOST_DRAWS);
+  drawnOld = isOld();
+  for (const call of listeners) call();
+}

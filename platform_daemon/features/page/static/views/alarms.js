@@ -1,0 +1,35 @@
+// Alarms: what stands, who knows of it, what is over.
+import { getList, send } from "../api.js";
+import { actionButton, fill, h, table } from "../dom.js";
+import { when } from "../format.js";
+import { mayOperate } from "./job_actions.js";
+
+export const title = "Alarms";
+const MOST = 200;
+
+/** @param {HTMLElement} root */
+export async function show(root) {
+  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: localStorage.getItem("by") ?? "" });
+  const list = h("div");
+  root.replaceChildren(h("div", { class: "filters" }, h("label", { for: "by" }, "My name ", by)), list);
+
+  async function load() {
+    const all = await getList(`alarms?limit=${MOST}`, MOST);
+    const standing = all.filter((each) => !each.cleared);
+    const over = all.filter((each) => each.cleared);
+    fill(list, table("What stands", ["Since", "What, and what to do", "Times", "Known to"], standing.map((each) => [when(each.since), each.what, each.times, each.acknowledged_by ? `${each.acknowledged_by}` : acknowledge(each)]), "no alarm stands"),
+      table("What is over", ["Since", "What", "Over", "Known to"], over.map((each) => [when(each.since), each.what, when(each.cleared), each.acknowledged_by ?? "nobody"]), "nothing"));
+  }
+
+  /** @param {any} alarm */
+  function acknowledge(alarm) {
+    return actionButton("I know", async () => {
+      localStorage.setItem("by", by.value);
+      await send("POST", `alarms/${encodeURIComponent(alarm.name)}/acknowledge`, { by: by.value });
+      await load();
+    }, { disabled: !mayOperate(), "aria-label": `Acknowledge ${alarm.name}` });
+  }
+
+  await load();
+  return { load, concerns: (/** @type {any} */ what) => what.kind === "alarm" };
+}

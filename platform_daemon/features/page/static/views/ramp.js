@@ -1,0 +1,72 @@
+// Ramp, live: z residual, statistic, threshold, what the next field is and why.
+import { get } from "../api.js";
+import { facts, fill, h, table } from "../dom.js";
+import { duration, microtesla, significant } from "../format.js";
+import { live, pathOfJob } from "../live.js";
+import { Plot } from "../plot.js";
+import { jobActions } from "./job_actions.js";
+
+export const title = "Ramp";
+
+/** @param {HTMLElement} root @param {string[]} parts */
+export async function show(root, parts) {
+  const id = parts[0] ?? (await newestRamp());
+  if (!id) {
+    fill(root, h("p", {}, "No ramp yet. ", h("a", { href: "#/start/ramp" }, "Start one")));
+    return;
+  }
+  const head = h("div");
+  const places = [h("div"), h("div")];
+  const steps = h("div");
+  root.replaceChildren(head, h("div", { class: "plots" }, places), steps);
+  const plots = places.map((place) => new Plot(place));
+  let job = await get(pathOfJob(id));
+
+  async function load() {
+    job = await get(pathOfJob(id));
+    draw();
+  }
+
+  function draw() {
+    const outcome = job.result.outcome;
+    const found = outcome?.threshold_t;
+    const last = job.result.steps.at(-1);
+    fill(head, facts([
+      ["Ramp", h("a", { href: `#/jobs/${id}` }, id)], ["State", `${job.state}, ${job.progress.phase}`], ["Time left", job.state === "running" ? duration(job.progress.time_left_s) : null],
+      ["Side modes count as visible from", outcome && `${significant(outcome.visible_am2_per_s, 3)} A m²/s`],
+      ["Threshold", found ? threshold(found) : outcome ? "not reached yet" : "no step yet"],
+      ["Operating field", outcome && microtesla(outcome.operating_field_t)], ["Highest field allowed from now on", outcome && microtesla(outcome.max_field_t)],
+      ["Chance to pass the threshold by a step", outcome && `${significant(100 * outcome.overdose_rate, 3)} % at most`],
+      ["Overshoot", outcome?.overshoot_t ? microtesla(outcome.overshoot_t) : null],
+      ["Now", last && job.state === "running" ? `step ${last.step} was at ${last.values.map((/** @type {any} */ v) => `${v.key} ${v.value}`).join(", ")}; the next field is the highest whose chance to lie above the threshold is allowed` : null],
+      ["Why it ended", job.result.stopped], ["Why it failed", job.error?.detail],
+    ]), h("p", { class: "buttons" }, jobActions(job, load)));
+    if (!outcome) return;
+    const list = outcome.steps;
+    const x = list.map((/** @type {any} */ step) => step.field_t * 1e6);
+    const shared = { x, xLabel: "field / µT", xText: (/** @type {number} */ v) => `${significant(v, 4)} µT` };
+    const verticals = found ? [found.low, found.value, found.high].map((t) => t * 1e6) : [];
+    plots[0].draw({ ...shared, verticals, title: "z residual by field", yLabel: "z residual / A m² s⁻¹", limits: [outcome.visible_am2_per_s], lines: [{ label: "z residual", values: list.map((/** @type {any} */ s) => s.z_residual_am2_per_s), points: true }] });
+    plots[1].draw({ ...shared, verticals, title: "Statistic of the sequential test", yLabel: "log₁₀ e-value", limits: [-Math.log10(outcome.false_stop_rate)], lines: [{ label: "statistic", values: list.map((/** @type {any} */ s) => s.statistic), points: true }] });
+    fill(steps, table("Field by field", ["Field", "Shots", "Deflection", "z residual", "Statistic", "Verdict"], list.map((/** @type {any} */ s) => [
+      microtesla(s.field_t), s.shots, s.phi_max_rad === null ? "–" : `${significant((s.phi_max_rad * 180) / Math.PI, 4)}°`, significant(s.z_residual_am2_per_s, 3), significant(s.statistic, 3), s.verdict])));
+  }
+
+  draw();
+  return {
+    load,
+    concerns: (/** @type {any} */ what) => what.job === id || what.within === id,
+    close: () => plots.forEach((plot) => plot.close()),
+  };
+}
+
+/** @param {{value: number, low: number, high: number}} found */
+function threshold({ value, low, high }) {
+  return `${microtesla(value)}, with a probability of 95 % between ${microtesla(low)} and ${microtesla(high)} (dashed in the pictures)`;
+}
+
+async function newestRamp() {
+  if (live.job?.request?.kind === "ramp") return live.job.id;
+  const { items: jobs } = await get("jobs?kind=procedure&limit=100");
+  return jobs.find((/** @type {any} */ job) => job.procedure === "ramp" || job.procedure === "characterise")?.id ?? null;
+}

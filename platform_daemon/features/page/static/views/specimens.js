@@ -1,0 +1,85 @@
+// Specimens: facts, field limits, presets, models, and the trend with control limits and named changes.
+import { get, getList, send } from "../api.js";
+import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
+import { definitionOf, heading, microtesla, significant, when } from "../format.js";
+import { Plot } from "../plot.js";
+import { mayOperate } from "./job_actions.js";
+
+export const title = "Specimens";
+
+/** @param {HTMLElement} root @param {string[]} parts */
+export async function show(root, parts) {
+  if (parts[0]) return showOne(root, parts[0]);
+  const names = await getList("specimens?limit=1000", 5000);
+  fill(root, table("Specimens", ["Specimen"], names.map((/** @type {string} */ name) => [h("a", { href: `#/specimens/${encodeURIComponent(name)}` }, name)]), "none: measure with a name of the sample"));
+}
+
+/** @param {HTMLElement} root @param {string} name */
+async function showOne(root, name) {
+  const path = `specimens/${encodeURIComponent(name)}`;
+  const about = h("div");
+  const changes = h("div");
+  const pictures = h("div", { class: "plots" });
+  root.replaceChildren(h("h2", {}, name), about, changes, pictures);
+  const found = await get(path, { slow: true });
+  fill(about, facts([
+    ["Recordings", h("a", { href: `#/recordings` }, found.recordings)], ["Shots", found.shots], ["First", when(found.first)], ["Last", when(found.last)],
+    ["Calibrations", Object.entries(found.calibrations).map(([each, count]) => `${each} (${count})`).join(", ")], ["Tags", found.tags.join(", ")],
+    ["Models adopted", found.models.map((/** @type {any} */ each) => each.label ?? each.name ?? each).join(", ")],
+  ]), table("Resonators", ["Resonator", "Model", "Recordings", "Highest field", "Operating field", "Preset"], found.resonators.map((/** @type {any} */ each) => [
+    each.key ?? each.name, each.variant, each.recordings, microtesla(each.max_field_t) ?? "not found by a ramp", microtesla(each.operating_field_t) ?? "–", preset(each.sequence)])));
+  let trend;
+  try {
+    trend = await get(`${path}/trend`, { slow: true });
+  } catch (error) {
+    fill(changes, errorBox(error));
+    return;
+  }
+  fill(changes, table("What changed, by name", ["Since", "What, and what to do", "By", "Noticed"], trend.changes.map((/** @type {any} */ each) => [
+    when(each.since), each.what, `${significant(100 * each.relative, 3)} %`, [when(each.noticed), each.stands ? "" : " (over)"]]), "nothing but chance"),
+  trend.notes.length > 0 && h("ul", {}, trend.notes.map((/** @type {string} */ note) => h("li", {}, note))));
+  if (trend.changes.some((/** @type {any} */ each) => each.stands)) changes.append(accept(path));
+  const times = trend.points.map((/** @type {any} */ point) => Date.parse(point.at));
+  const days = times.map((/** @type {number} */ at) => (at - times[0]) / 86_400_000);
+  if (days.length < 2) {
+    fill(pictures, h("p", {}, "Trends are drawn from the second recording on."));
+    return;
+  }
+  const plots = trend.charts.flatMap((/** @type {any} */ chart) => draw(pictures, chart, days, trend.points));
+  return { close: () => plots.forEach((/** @type {Plot} */ plot) => plot.close()) };
+}
+
+/** @param {HTMLElement} pictures @param {any} chart @param {number[]} days @param {any[]} points */
+function draw(pictures, chart, days, points) {
+  const factor = definitionOf(chart.quantity).display_factor;
+  const scaled = (/** @type {(number | null)[]} */ values) => values.map((v) => (v === null ? null : v * factor));
+  const xText = (/** @type {number} */ x) => points[days.indexOf(x)]?.at.slice(0, 16).replace("T", " ") ?? String(x);
+  const onPick = (/** @type {number} */ k) => { location.hash = `#/recordings/${points[k].recording}`; };
+  const shared = { x: days, xLabel: "days since the first point", xText, onPick };
+  const places = [h("div"), h("div")];
+  pictures.append(...places);
+  const [value, score] = places.map((place) => new Plot(place));
+  value.draw({ ...shared, title: `${heading(chart.quantity)} at the reference temperature`, yLabel: heading(chart.quantity), lines: [
+    { label: "corrected", values: scaled(chart.corrected), points: true }, { label: "as measured", values: scaled(chart.value), points: true }] });
+  const negative = chart.limit.map((/** @type {number | null} */ v) => (v === null ? null : -v));
+  score.draw({ ...shared, title: `${definitionOf(chart.quantity).symbol}: weighted mean with control limits`, yLabel: "deviation / σ", lines: [
+    { label: "EWMA", values: chart.ewma }, { label: "upper limit", values: chart.limit, colour: "#d55e00" }, { label: "lower limit", values: negative, colour: "#d55e00" }] });
+  return [value, score];
+}
+
+/** A tuned preset in short. @param {any} sequence */
+function preset(sequence) {
+  if (!sequence) return "that of its variant";
+  return [`${significant(sequence.f_tx_hz, 7)} Hz`, `${sequence.tx_periods} periods`, microtesla(sequence.field_t), `${sequence.rx_s} s of RX`].join(", ");
+}
+
+/** @param {string} path */
+function accept(path) {
+  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: localStorage.getItem("by") ?? "" });
+  const why = h("input", { id: "why", type: "text" });
+  return h("div", { class: "filters" }, h("label", { for: "by" }, "My name ", by), h("label", { for: "why" }, "Reason ", why), actionButton("Accept what changed as the new normal", async () => {
+    localStorage.setItem("by", by.value);
+    await send("POST", `${path}/baseline`, { by: by.value, reason: why.value });
+    location.reload();
+  }, { disabled: !mayOperate() }));
+}

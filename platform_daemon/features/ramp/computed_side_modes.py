@@ -1,0 +1,60 @@
+"""Evaluation of the z channel of a ramp's shots, by the task executor of the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from platform_daemon.core.jobs.run_task import run_task_with_retry
+from platform_daemon.core.jobs.workers.task_executor import TaskExecutor
+
+if TYPE_CHECKING:
+    from .recorded import RecordedSideModes
+    from .z_residual import ZResidual
+
+
+@dataclass(frozen=True)
+class Learn:
+    """The noise of blank shots.  A task of the task executor."""
+
+    blank: Sequence[Path]
+
+    def __call__(self, tell: Callable[[float, str], None]) -> RecordedSideModes:
+        """Raises RecordingError."""
+        from .recorded import RecordedSideModes
+
+        made = RecordedSideModes()
+        made.learn(self.blank)
+        return made
+
+
+@dataclass(frozen=True)
+class LookAt:
+    """Side modes of shots, compared with that noise.  A task of the task executor."""
+
+    known: RecordedSideModes
+    shots: Sequence[Path]
+
+    def __call__(self, tell: Callable[[float, str], None]) -> list[ZResidual]:
+        """Raises RecordingError."""
+        return self.known.of(self.shots)
+
+
+class ComputedSideModes:
+    """See SideModes."""
+
+    def __init__(self, executor: TaskExecutor) -> None:
+        self._executor = executor
+        self._known: RecordedSideModes | None = None
+
+    def learn(self, blank: Sequence[Path]) -> None:
+        """See SideModes."""
+        self._known = run_task_with_retry(self._executor, "procedure", Learn(tuple(blank)))
+
+    def of(self, shots: Sequence[Path]) -> list[ZResidual]:
+        """See SideModes.  Raises ValueError before `learn`."""
+        if self._known is None:
+            raise ValueError("the noise is not known yet")
+        return run_task_with_retry(self._executor, "procedure", LookAt(self._known, tuple(shots)))

@@ -1,0 +1,81 @@
+"""`platform-daemon info | plot`: what a recording holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from platform_daemon.core.command_line.options import (
+    CalibrationOption,
+    ForceOption,
+    JsonOption,
+    ModelsOption,
+    TermOption,
+    VariantOption,
+    WindowOption,
+    calibration_in,
+)
+from platform_daemon.core.command_line.output import must_not_exist, say_note, write_json
+from platform_daemon.core.command_line.parsing import parse_window
+from platform_daemon.features.models.options import variant_named
+
+
+def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -> None:
+    """Show what a recording contains."""
+    from platform_daemon.core.recordings.description import describe
+    from platform_daemon.core.recordings.reader import open_recording
+
+    from .report import print_recording
+
+    recording = open_recording(file)
+    say_note(file, recording.other_layout)
+    facts = describe(recording)
+    must_not_exist(json_file, force, ".json")
+    write_json(json_file, facts)
+    print_recording(facts)
+
+
+def plot(
+    file: Path,
+    frame: Annotated[int, typer.Option(min=0, help="Frame, from 0.")] = 0,
+    png: Annotated[Path | None, typer.Option(help="PNG to write; default: beside the recording.")] = None,
+    interactive: Annotated[
+        bool, typer.Option("--interactive", help="Write a page to zoom in, beside the recording, and open it.")
+    ] = False,
+    variant: VariantOption = None,
+    term: TermOption = None,
+    models: ModelsOption = None,
+    window: WindowOption = "d30",
+    calibration: CalibrationOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Draw dm/dt with the fit over it, the residual and the spectrum.
+
+    --interactive: dm/dt and the residual on an HTML page instead (with --png, as well).
+    """
+    from platform_daemon.core.command_line.progress import compile_fit
+    from platform_daemon.core.state.durable import write_file
+    from platform_daemon.features.fit.measurement import open_voltages
+    from platform_daemon.features.fit.plot_data import ring_down_plot_data
+    from platform_daemon.features.fit.ring_down_figure import save_png
+    from platform_daemon.features.fit.ring_down_page import open_in_browser, ring_down_html
+
+    measurement = open_voltages(file, calibration_in(calibration))
+    say_note(measurement.path, measurement.other_layout)
+    stem = f"{file.name.removesuffix('.h5').removesuffix('.mmr')}-frame{frame}"
+    html = file.with_name(f"{stem}.html") if interactive else None
+    target = png or (None if interactive else file.with_name(f"{stem}.png"))
+    must_not_exist(target, force, ".png")
+    must_not_exist(html, force, ".html")
+    model = variant_named(variant, models)
+    compile_fit()
+    picture = ring_down_plot_data(measurement, frame, model, parse_window(window), term or ())
+    if target is not None:
+        save_png(picture, target)
+        print(target)
+    if html is not None:
+        write_file(html, ring_down_html(picture))
+        print(html)
+        open_in_browser(html)

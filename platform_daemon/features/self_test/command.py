@@ -1,0 +1,45 @@
+"""`platform-daemon self-test`: is the chain as the platform file says?"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from platform_daemon.core.command_line.interrupts import heed_one_interrupt
+from platform_daemon.core.command_line.options import PlatformOptions, ResultOptions, engine_of
+from platform_daemon.core.command_line.output import write_json
+from platform_daemon.core.command_line.request_options import option_groups
+
+if TYPE_CHECKING:
+    from .schema import SelfTestReport
+
+
+@option_groups
+def self_test(where: PlatformOptions, result: ResultOptions) -> None:
+    """Play a low tone on each coil and measure its leakage: tests cables, polarity, gain and switch."""
+    from platform_daemon.core.command_line.jobs import run_job
+
+    from .schema import SelfTestReport, SelfTestRequest
+    from .work import SelfTestWork
+
+    result.check()
+    heed_one_interrupt()
+    with engine_of(where) as engine:
+        make = partial(engine.calibration_in_use.make_chain_test, enabled=True)
+        job = run_job(engine, SelfTestWork(SelfTestRequest(), make))
+    assert isinstance(job.result, SelfTestReport)
+    write_json(result.json_file, job.result)
+    _print(job.result)
+
+
+def _print(report: SelfTestReport) -> None:
+    """Gain and isolation by coil."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"self-test passed, tones of {report.frequency_hz:.0f} Hz", title_justify="left")
+    for heading in ("coil", "gain / expected", "isolation / dB"):
+        table.add_column(heading, justify="right")
+    for coil, gain in report.gain.items():
+        table.add_row(coil, f"{gain:.3f}", f"{report.isolation_db[coil]:.1f}")
+    Console(width=120).print(table)

@@ -1,0 +1,96 @@
+"""Picture of a trend: each quantity over the months, with its control chart on the right."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from platform_daemon.core.reporting.figures import COLOURS, new_figure, png_of, save_figure
+from platform_daemon.core.schemas.parameters import definition_of
+
+from .schema import TrendChart, TrendReport
+
+_ROW_INCHES = 1.5
+
+
+def trend_png(report: TrendReport) -> bytes:
+    """The picture as PNG."""
+    return png_of(draw_trend(report), 110)
+
+
+def save_trend_png(report: TrendReport, path: Path) -> None:
+    """Write it; the file appears whole or not at all."""
+    save_figure(draw_trend(report), path)
+
+
+def draw_trend(report: TrendReport) -> Figure:
+    """A row per quantity: left its values, grey as measured, and at one temperature; right the chart and its limits.
+
+    Dashed: since when something has changed, with its name where it was noticed.
+    """
+    rows = max(len(report.charts), 1)
+    figure = new_figure(11, _ROW_INCHES * rows + 1.0)
+    panels = figure.subplots(rows, 2, sharex=True, squeeze=False, width_ratios=(3, 2))
+    times = np.array([_day(point.at) for point in report.points])
+    figure.suptitle(f"{report.specimen}: {sum(point.shots for point in report.points)} shots", fontsize=11)
+    for (left, right), chart in zip(panels, report.charts, strict=False):
+        _values(left, times, chart)
+        _chart(right, times, chart)
+        _changes((left, right), report, chart)
+    panels[0, 0].legend(fontsize=7, loc="upper left", ncols=2)
+    panels[0, 1].set_title("control chart over its limit", fontsize=9)
+    locator = AutoDateLocator()
+    panels[-1, 0].xaxis.set_major_locator(locator)
+    panels[-1, 0].xaxis.set_major_formatter(ConciseDateFormatter(locator))
+    return figure
+
+
+def _values(axes: Axes, times: NDArray[np.float64], chart: TrendChart) -> None:
+    shown = definition_of(chart.quantity)
+    raw, corrected = (np.array(v, dtype=float) * shown.display_factor for v in (chart.value, chart.corrected))
+    axes.plot(times, raw, ".", ms=2.5, color="0.75", label="as measured")
+    label = "" if chart.reference_c is None else f"at {chart.reference_c:.1f} °C"
+    if label:
+        axes.plot(times, corrected, ".", ms=2.5, color=COLOURS[0], label=label)
+    axes.set_ylabel(_label(chart.quantity), fontsize=8)
+    axes.ticklabel_format(axis="y", useOffset=False)
+    axes.tick_params(labelsize=7)
+
+
+def _chart(axes: Axes, times: NDArray[np.float64], chart: TrendChart) -> None:
+    with np.errstate(invalid="ignore"):
+        ratio = np.array(chart.ewma, dtype=float) / np.array(chart.limit, dtype=float)
+    axes.axhspan(-1.0, 1.0, color="0.92", lw=0)
+    axes.plot(times, ratio, lw=1.0, color=COLOURS[0])
+    axes.plot(times, np.where(np.abs(ratio) > 1.0, ratio, np.nan), lw=1.6, color=COLOURS[1])
+    axes.set_ylim(*(np.array([-1.3, 1.3]) if not np.any(np.abs(ratio) > 1.2) else (-4.5, 4.5)))
+    axes.tick_params(labelsize=7)
+
+
+def _changes(panels: tuple[Axes, Axes], report: TrendReport, chart: TrendChart) -> None:
+    for change in report.changes:
+        if chart.quantity not in change.quantities:
+            continue
+        for axes in panels:
+            axes.axvline(_day(change.since), color=COLOURS[1], ls="--", lw=0.9)
+        name = change.name.replace("_", " ")
+        at = (_day(change.noticed), 0.93)
+        panels[1].annotate(name, at, xycoords=("data", "axes fraction"), va="top", fontsize=7, color=COLOURS[1])
+
+
+def _label(quantity: str) -> str:
+    """As people read it; noise_CHANNEL_v and nrmse are no parameters."""
+    if quantity.startswith("noise_"):
+        return f"noise of {quantity.split('_')[1]} / V"
+    return "nRMSE" if quantity == "nrmse" else definition_of(quantity).axis_label
+
+
+def _day(text: str) -> float:
+    """As matplotlib counts."""
+    return float(date2num(datetime.fromisoformat(text)))

@@ -1,0 +1,107 @@
+"""Updates the index of the recordings, and raises an alarm for each persistent change of a specimen."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Container
+from pathlib import Path
+from typing import get_args
+
+import structlog
+
+from drivers.errors import PlatformError
+from platform_daemon.features.alarms.board import AlarmBoard
+
+from .indexed import indexed_specimens, indexed_trend, update_index
+from .schema import ChangeName
+
+log = structlog.get_logger()
+_PERIOD_S = 2.0
+_IDLE_FACTOR = 9.0  # pause after judging, in times of how long it took
+
+
+class TrendKeeper:
+    """A thread that works from now on.  folder: of the recordings; board: takes the alarms."""
+
+    def __init__(self, folder: Path, board: AlarmBoard) -> None:
+        self._folder = folder
+        self._board = board
+        self._left = 0
+        self._seen_ns = -1
+        self._changed: set[str] = set()
+        self._next_s = 0.0
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="trends", daemon=True)
+        self._thread.start()
+
+    @property
+    def behind(self) -> int:
+        """Number of recordings that are not indexed yet."""
+        return self._left
+
+    def close(self) -> None:
+        """Idempotent."""
+        self._ended.set()
+        self._thread.join(5.0)
+
+    def _work(self) -> None:
+        logged = ""
+        while not self._ended.wait(_PERIOD_S):
+            try:
+                self._look()
+                self._judge_changed()
+                logged = ""
+            except _Ended:
+                return
+            except Exception as error:  # whatever it is, one recording must not end the trends of all others
+                if str(error) != logged:  # once, not every two seconds
+                    unforeseen = not isinstance(error, PlatformError | OSError)
+                    log.error("trends_not_looked_at", error=str(error), exc_info=unforeseen)
+                logged = str(error)
+
+    def _look(self) -> None:
+        changed_ns = self._folder.stat().st_mtime_ns  # changes when a file is added or removed
+        if changed_ns == self._seen_ns:
+            return
+        found, _ = update_index(self._folder, self._on_progress)
+        self._changed |= found.specimens
+        self._seen_ns = -1 if found.in_use else changed_ns
+
+    def _judge_changed(self) -> None:
+        begun_s = time.monotonic()
+        if not self._changed or begun_s < self._next_s:
+            return
+        known = indexed_specimens(self._folder)
+        while self._changed and not self._ended.is_set():
+            specimen = self._changed.pop()
+            if specimen in known:
+                self.judge(specimen)
+            else:  # its recordings were removed: nothing else could clear its alarms
+                self._clear(specimen, but=())
+        # Years of a specimen take a second: recordings that come faster are judged together.
+        self._next_s = time.monotonic() + _IDLE_FACTOR * (time.monotonic() - begun_s)
+
+    def _on_progress(self, n: int, of: int) -> None:
+        self._left = of - n
+        if self._ended.is_set():
+            raise _Ended
+
+    def judge(self, specimen: str) -> None:
+        """Raise or clear the alarms of a specimen.  Raises UnknownSpecimen, StorageError."""
+        report = indexed_trend(self._folder, specimen)
+        persistent = {each.name: each for each in report.changes if each.stands}
+        for name, change in persistent.items():
+            what = f"{specimen} since {change.since}: {change.what}. See GET /specimens/{specimen}/trend"
+            self._board.notice(f"trend:{specimen}:{name}", what)
+        self._clear(specimen, but=persistent)
+
+    def _clear(self, specimen: str, but: Container[str]) -> None:
+        """Clear its alarms, by whole names: the name of another specimen may begin with this one."""
+        for change in get_args(ChangeName.__value__):
+            if change not in but:
+                self._board.clear(f"trend:{specimen}:{change}")
+
+
+class _Ended(Exception):
+    """The process ends."""

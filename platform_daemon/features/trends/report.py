@@ -1,0 +1,73 @@
+"""A trend in words and as a table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+
+from rich.console import Console
+from rich.table import Table
+
+from platform_daemon.core.schemas.parameters import definition_of
+
+from .schema import TrendChart, TrendReport
+
+
+def trend_text(report: TrendReport) -> str:
+    """For the terminal: a row per quantity, then what has changed."""
+    table = Table(title=f"{report.specimen}: {len(report.points)} points", title_justify="left")
+    for heading in ("quantity", "newest", "at 1 temperature", "per K", "score", "chart"):
+        table.add_column(heading, justify="left" if heading in ("quantity", "chart") else "right")
+    for chart in report.charts:
+        table.add_row(*_row(chart))
+    console = Console(width=120, markup=False, highlight=False, color_system=None)  # it is printed as plain text
+    with console.capture() as captured:
+        console.print(table)
+    lines = [captured.get().rstrip()]
+    lines += [
+        f"{'now' if each.stands else 'was'}: {each.name} since {each.since}: {each.what}" for each in report.changes
+    ]
+    if report.points and not report.changes:  # without points nothing was looked at
+        lines.append("no change beyond chance")
+    lines.append(f"a specimen that does not change raises an alarm once in {report.points_to_false_alarm:g} points")
+    return "\n".join([*lines, *(f"note: {note}" for note in report.notes)])
+
+
+def _row(chart: TrendChart) -> tuple[str, ...]:
+    shown = definition_of(chart.quantity)
+    value, corrected = _last(chart.value), _last(chart.corrected)
+    coefficient = (
+        "" if chart.relative_per_k is None else f"{chart.relative_per_k:+.2e} ± {chart.relative_per_k_std:.0e}"
+    )
+    ewma, limit = _last(chart.ewma), _last(chart.limit)
+    state = "learning" if ewma is None or limit is None else "outside" if abs(ewma) > limit else "inside"
+    return (
+        shown.heading,
+        _number(value, shown.display_factor),
+        _number(corrected, shown.display_factor),
+        coefficient,
+        "" if (score := _last(chart.score)) is None else f"{score:+.1f}",
+        state,
+    )
+
+
+def _last(values: tuple[float | None, ...]) -> float | None:
+    return next((v for v in reversed(values) if v is not None and math.isfinite(v)), None)
+
+
+def _number(value: float | None, factor: float) -> str:
+    return "" if value is None else f"{value * factor:.7g}"
+
+
+def trend_csv(report: TrendReport) -> str:
+    """A row per point: when, recording, shots, temperature, then each quantity as measured and at one temperature."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    names = [name for chart in report.charts for name in (chart.quantity, f"{chart.quantity}_corrected")]
+    writer.writerow(["at", "recording", "shots", "temperature_c", *names])
+    for k, point in enumerate(report.points):
+        values = [v for chart in report.charts for v in (chart.value[k], chart.corrected[k])]
+        cells = ["" if v is None or not math.isfinite(v) else repr(v) for v in (point.temperature_c, *values)]
+        writer.writerow([point.at, point.recording, point.shots, *cells])
+    return text.getvalue()

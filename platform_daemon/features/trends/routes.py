@@ -1,0 +1,119 @@
+"""What specimens do over months."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Query, Response
+
+from platform_daemon.core.web.context import Context, Shared
+from platform_daemon.core.web.network.routes import GuardedRoute
+from platform_daemon.core.web.pages import NEXT, Paged
+from platform_daemon.core.web.problems import problems
+
+from .index_keeper import TrendKeeper
+from .schema import Baseline, BaselineRequest, SpecimenListing, SpecimenPage, TrendReport
+from .specimen_page import specimen_page
+from .trend import POINTS_TO_FALSE_ALARM
+
+router = APIRouter(prefix="/specimens", tags=["specimens"], route_class=GuardedRoute)
+# A name may hold a slash: `:path`, and what comes after a name is looked for before the name alone.
+PNG = {"schema": {"type": "string", "format": "binary"}}
+TEXT = {"schema": {"type": "string"}}
+Specimen = Annotated[
+    str, Path(description="name of the sample, or of the resonator if none was given", examples=["T-07"])
+]
+Since = Annotated[str | None, Query(description="begin there, ISO 8601; the charts begin anew, too", max_length=40)]
+Until = Annotated[str | None, Query(description="end there, ISO 8601", max_length=40)]
+Rate = Annotated[
+    float, Query(ge=100, le=1e6, description="points to a false alarm, on average over all charts of a specimen")
+]
+
+
+@router.get("", summary="Specimens that were measured", responses={**NEXT, **problems(422, 503)})
+def list_specimens(context: Shared, page: Paged) -> SpecimenListing:
+    """Names of all specimens with shots that were fitted, page by page."""
+    from .indexed import indexed_specimens
+
+    here = tuple(page.of(indexed_specimens(context.folders.recordings)))
+    return SpecimenListing(items=here, next=page.next)
+
+
+@router.get(
+    "/{specimen:path}/trend/picture",
+    summary="Picture of a trend",
+    response_class=Response,
+    responses={200: {"content": {"image/png": PNG}, "description": "PNG"}, **problems(404, 422, 503)},
+)
+def get_trend_picture(
+    specimen: Specimen,
+    context: Shared,
+    since: Since = None,
+    until: Until = None,
+    points_to_false_alarm: Rate = POINTS_TO_FALSE_ALARM,
+) -> Response:
+    """Each quantity over the months, as measured and at one temperature, and its control chart."""
+    from .figure import trend_png
+
+    found = _trend(context, specimen, since, until, points_to_false_alarm)
+    return Response(trend_png(found), media_type="image/png")
+
+
+@router.get(
+    "/{specimen:path}/trend/table",
+    summary="Points of a trend as CSV",
+    response_class=Response,
+    responses={200: {"content": {"text/csv": TEXT}, "description": "CSV with a heading"}, **problems(404, 422, 503)},
+)
+def get_trend_table(specimen: Specimen, context: Shared, since: Since = None, until: Until = None) -> Response:
+    """A row per point: when, recording, shots, temperature, each quantity as measured and at one temperature."""
+    from .report import trend_csv
+    from .trend import POINTS_TO_FALSE_ALARM
+
+    found = _trend(context, specimen, since, until, POINTS_TO_FALSE_ALARM)
+    return Response(trend_csv(found), media_type="text/csv")
+
+
+@router.get("/{specimen:path}/trend", summary="What a specimen does over months", responses=problems(404, 422, 503))
+def get_trend(
+    specimen: Specimen,
+    context: Shared,
+    since: Since = None,
+    until: Until = None,
+    points_to_false_alarm: Rate = POINTS_TO_FALSE_ALARM,
+) -> TrendReport:
+    """Points of all recordings with on-line fits, a control chart per quantity, and changes by name."""
+    return _trend(context, specimen, since, until, points_to_false_alarm)
+
+
+@router.get("/{specimen:path}", summary="What is known of a specimen", responses=problems(404, 422, 503))
+def get_specimen(specimen: Specimen, context: Shared) -> SpecimenPage:
+    """Recordings, resonators with their highest field and preset, calibrations, adopted models, changes, links."""
+    return specimen_page(specimen, context)
+
+
+@router.post(
+    "/{specimen:path}/baseline", summary="Accept a specimen as it is", responses=problems(404, 415, 422, 503, 507)
+)
+def accept_specimen(specimen: Specimen, body: BaselineRequest, context: Shared) -> Baseline:
+    """Its charts restart, after its newest recording or from `since` on, and its alarms are over; `?since=` of a
+    trend looks further back."""
+    from .baseline import accept
+    from .indexed import indexed_specimens, indexed_trend
+
+    if specimen not in indexed_specimens(context.folders.recordings):
+        indexed_trend(context.folders.recordings, specimen)  # which says so
+    made = accept(context.folders.recordings, specimen, body)
+    context.part(TrendKeeper).judge(specimen)
+    return made
+
+
+def _trend(context: Context, specimen: str, since: str | None, until: str | None, rate: float) -> TrendReport:
+    """Raises UnknownSpecimen, InputError, StorageError."""
+    from .indexed import indexed_trend
+
+    found = indexed_trend(context.folders.recordings, specimen, since, until, rate)
+    behind = context.part(TrendKeeper).behind
+    if behind:
+        found = found.model_copy(update={"notes": (*found.notes, f"{behind} recordings are still to be looked at")})
+    return found

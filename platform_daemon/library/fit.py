@@ -1,0 +1,195 @@
+"""Fits as the library has them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.errors import InputError
+from platform_daemon.core.reporting.dataframes import fits_table, signal_array
+from platform_daemon.core.schemas.parameters import definition_of
+from platform_daemon.estimation.parameters import Estimate
+from platform_daemon.estimation.result import FitResult
+from platform_daemon.features.fit.fit import fit_frame_of, frame_report
+from platform_daemon.features.fit.fit_request import FitRequest, check_fixed
+from platform_daemon.features.models.resolve import checked_variant
+
+from .recording import Recording, channel_names
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+Window = Literal["n50", "d30"] | float
+
+
+class Fit(Mapping[str, Estimate]):
+    """The fit of one frame: `fit["f_nat_hz"].value` and `.std`, by the public names of its parameters.
+
+    Attributes:
+        recording, frame: what was fitted; model: as what.
+        result: everything that the estimation says.
+    """
+
+    def __init__(self, recording: Recording, frame: int, model: str, result: FitResult) -> None:
+        self.recording, self.frame, self.model, self.result = recording, frame, model, result
+
+    def __getitem__(self, name: str) -> Estimate:
+        """Value and standard deviation of a parameter, SI; std None: it was held.
+
+        Raises InputError for a fit that was refused, KeyError for a parameter that the model does not have.
+        """
+        if not self.good:
+            remedy = "look at fit.reason"
+            raise InputError("the fit was refused", where=self.recording.name, why=self.reason or "", remedy=remedy)
+        return self.result.parameters[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.result.parameters)
+
+    def __len__(self) -> int:
+        return len(self.result.parameters)
+
+    @property
+    def good(self) -> bool:
+        """Whether there are parameters."""
+        return self.result.verdict == "good"
+
+    @property
+    def reason(self) -> str | None:
+        """Why it was refused; None: it is good."""
+        return self.result.reason
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What may make the numbers wrong."""
+        return self.result.warnings
+
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """Covariance of the parameters of `covariance_names`, in the products of their units."""
+        return self.result.covariance
+
+    @property
+    def covariance_names(self) -> tuple[str, ...]:
+        """The parameters that were estimated, and not held."""
+        return self.result.covariance_names
+
+    def table(self) -> str:
+        """One line for each parameter: name, value, standard deviation, unit."""
+        if not self.good:
+            return f"refused: {self.reason}"
+        lines = [f"{'parameter':<24}{'value':>18}{'std':>12}  unit"]
+        for name, each in self.items():
+            std = "held" if each.std is None else f"{each.std:.2g}"
+            lines.append(f"{name:<24}{each.value:>18.9g}{std:>12}  {definition_of(name).unit}".rstrip())
+        return "\n".join(lines)
+
+    def plot(self, path: str | Path | None = None) -> Figure:
+        """Signal, fit, residual and spectrum, also saved at `path`, by its suffix as PNG, PDF or SVG."""
+        from platform_daemon.features.fit.plot_data import plot_data_of
+        from platform_daemon.features.fit.ring_down_figure import draw
+
+        measurement = self.recording.measurement
+        record = measurement.signal(self.frame).record
+        figure = draw(plot_data_of(measurement, self.frame, record, self.result))
+        if path is not None:
+            figure.savefig(path)
+        return figure
+
+    def model_signal(self) -> NDArray[np.float64]:
+        """The fitted model at the samples of the recording, (channels, n), in the unit of the signal."""
+        record = self.recording.measurement.signal(self.frame).record
+        return self.result.model_signal(record.samples.shape[1], record.sampling_rate_hz)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row with value and standard deviation of each parameter; units in `.attrs["units"]`."""
+        return fits_table([frame_report(self.frame, self.result)])
+
+    def to_xarray(self) -> xr.Dataset:
+        """Signal, model and residual with the dimensions (channel, time).  Raises InputError without xarray."""
+        signal = self.recording.to_xarray(self.frame)
+        model = signal_array(
+            self.model_signal(),
+            float(signal.attrs["sampling_rate_hz"]),
+            quantity=str(signal.name),
+            channels=channel_names(str(signal.name), signal.sizes["channel"]),
+        )
+        residual = (signal - model).assign_attrs(units=signal.attrs["units"])
+        import xarray as xr
+
+        return xr.Dataset({"signal": signal, "model": model, "residual": residual})
+
+    def __repr__(self) -> str:
+        return f"<Fit of {self.recording.name} frame {self.frame} as {self.model}: {self.result.verdict}>"
+
+
+class Fits(Sequence[Fit]):
+    """The fits of several frames of a recording, in order."""
+
+    def __init__(self, fits: Sequence[Fit]) -> None:
+        self._fits = tuple(fits)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._fits[index]
+
+    def __len__(self) -> int:
+        return len(self._fits)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row for each frame."""
+        return fits_table([frame_report(each.frame, each.result) for each in self._fits])
+
+
+def fit(
+    recording: Recording,
+    model: str | None = None,
+    *,
+    window: Window = "d30",
+    frame: int | None = None,
+    terms: Sequence[str] = (),
+    fixed: Mapping[str, float] | None = None,
+) -> Fit:
+    """Fit one frame of a recording.
+
+    Args:
+        recording: what `open`, `from_arrays` or `simulate` return.
+        model: thread, jewel or another declared one; None: what the recording says.
+        window: "n50" (the first 0.24 s), "d30" (until 30 % of the maximum is left), or seconds.
+        frame: number of the frame, from 0; None: the first that is neither blank nor refused.
+        terms: further torque terms, as quadratic_drag, or one of another package.
+        fixed: parameters that are held, by public name, SI.
+
+    Raises InputError for a model, term or parameter that is unknown, RecordingError for a frame that cannot be read.  A
+    signal that cannot be fitted is no exception: `good` is False then, and `reason` says why.
+    """
+    return fit_frames(recording, model, window=window, frames=(frame,), terms=terms, fixed=fixed)[0]
+
+
+def fit_frames(
+    recording: Recording,
+    model: str | None = None,
+    *,
+    window: Window = "d30",
+    frames: Sequence[int | None] | None = None,
+    terms: Sequence[str] = (),
+    fixed: Mapping[str, float] | None = None,
+) -> Fits:
+    """Fit several frames of a recording; frames: their numbers, None: all that are neither blank nor refused.
+
+    The other arguments and the errors are those of `fit`.
+    """
+    chosen = None if model is None else checked_variant(model, terms)
+    measurement, used = recording.measurement.under(chosen, () if chosen else terms)
+    ask = FitRequest(used, window, fixed, None, measurement.moment_am2())
+    check_fixed(ask, calibrated=measurement.calibration is not None)
+    if frames is None:
+        numbers = [k for k in range(measurement.frames) if measurement.excuse(k) is None]
+    else:
+        numbers = [recording.usable_frame() if k is None else k for k in frames]
+    return Fits([Fit(recording, k, ask.label, fit_frame_of(measurement, k, ask)) for k in numbers])

@@ -1,0 +1,1 @@
+"""The daemon as processes: parent, hardware process, web process, stop process."""

@@ -1,7 +1,0 @@
-"""`python -m platform_daemon.supervisor PID`: the guard of a process."""
-
-import sys
-
-from .watch import main
-
-sys.exit(main())

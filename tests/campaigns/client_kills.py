@@ -1,0 +1,225 @@
+"""Series that a script measures by the client, beside a daemon that is killed and started again.
+
+python -m tests.campaigns.client_kills --shots 10000 --page docs/evidence/client.md
+
+The script is what a user would write: it starts a series, waits for its end, and resumes it where the daemon has died.
+Meanwhile, at random moments, a process of the daemon or all of them together are killed (SIGKILL), and a new daemon is
+started on the same folder and port.  In the end there must be one acquisition for each that the script has started, and
+in its recording every shot once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import httpx2
+import psutil
+
+from platform_daemon.client import Client, Conflict, ConnectionFailed, JobFailed, Unavailable
+from tests.kit.command_line import COMMAND
+from tests.kit.served import Served
+
+SERIES = 50
+"""Shots of a series."""
+APART = (5, 300)
+"""Least and largest number of shots between two deaths."""
+_VICTIMS = ("all", "hardware", "web")
+_BACK_S = 90.0
+_TRIES = 50  # to bring one series to its end
+HEAD = """# Series of a script beside a daemon that is killed
+
+`make client-kills` (`python -m tests.campaigns.client_kills {arguments}`): a script measures series of {series} shots
+(jewel, RX 0.2 s, no fits) on the simulated platform by `platform_daemon.client`, and resumes those that were cut off.
+Meanwhile all processes of the daemon together, its hardware process or its web process are killed (SIGKILL) in turn;
+after all of them, a new daemon is started on the same folder and port.
+
+| | |
+|---|---|
+"""
+
+
+@dataclass
+class Found:
+    """What came of it."""
+
+    series: int = 0
+    shots: int = 0
+    kills: dict[str, int] = field(default_factory=lambda: dict.fromkeys(_VICTIMS, 0))
+    resumed: int = 0
+    wrong: list[str] = field(default_factory=list)
+    memory_mb: list[float] = field(default_factory=list)
+    """Of the script, after each series."""
+    seconds: float = 0.0
+
+
+class Lives:
+    """A daemon on one port that is started again after each death."""
+
+    def __init__(self, folder: Path) -> None:
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.port = free.getsockname()[1]
+        self.folder, self.log = folder / "data", folder / "log"
+        self.address = f"http://127.0.0.1:{self.port}"
+        self._daemon: Served
+        self.start()
+
+    def start(self) -> None:
+        """A new daemon; returns when it listens."""
+        command = [str(COMMAND), "serve", "--port", str(self.port), "--data", str(self.folder)]
+        with self.log.open("a") as log:
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True, start_new_session=True)
+        assert process.stdout is not None
+        process.stdout.readline()
+        self._daemon = Served(process, self.address, "", self.folder)
+
+    def kill(self, victim: str) -> None:
+        """Kill that process, or all of them; the daemon is there again on return."""
+        if victim == "all":
+            os.killpg(self._daemon.process.pid, signal.SIGKILL)
+            self._daemon.process.communicate()
+            self._daemon.close()
+            self.start()
+        elif self._daemon.pid(victim) is not None:
+            with suppress(ProcessLookupError):
+                self._daemon.kill(victim)
+
+    def wait_for_shots(self, count: int, done: threading.Event) -> bool:
+        """Wait until so many shots were made in this life, however busy the machine is; True if `done` comes first."""
+        seen, made = ("", 0.0), -1.0  # newest series and its shots; shots in this life, -1: it has not answered yet
+        while not done.wait(0.1):
+            with suppress(httpx2.TransportError, LookupError):
+                newest = self._daemon.get("/jobs?limit=1&kind=acquisition").json()["items"][0]
+                now = newest["id"], newest["progress"]["done"]
+                if made >= 0:
+                    made += now[1] - (seen[1] if now[0] == seen[0] else seen[1] - SERIES)
+                seen, made = now, max(made, 0.0)
+                if made >= count:
+                    return False
+        return True
+
+    def close(self) -> None:
+        """End the daemon as a user would."""
+        self._daemon.process.send_signal(signal.SIGTERM)
+        self._daemon.process.communicate(timeout=_BACK_S)
+        self._daemon.close()
+
+
+@contextmanager
+def struck(lives: Lives, found: Found, apart: tuple[int, int], seed: int) -> Iterator[None]:
+    """A thread kills the daemon again and again until the block has ended."""
+    done, chance = threading.Event(), random.Random(seed)
+
+    def strike() -> None:
+        while not lives.wait_for_shots(chance.randint(*apart), done):
+            victim = _VICTIMS[sum(found.kills.values()) % len(_VICTIMS)]
+            lives.kill(victim)
+            found.kills[victim] += 1
+
+    thread = threading.Thread(target=strike)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def client_kills(folder: Path, shots: int, apart: tuple[int, int] = APART, seed: int = 1) -> Found:
+    """Measure so many shots, and count what is there."""
+    found, began = Found(), time.monotonic()
+    lives = Lives(folder)
+    try:
+        with Client(lives.address) as lab:
+            started: list[str] = []
+            with struck(lives, found, apart, seed):
+                while len(started) * SERIES < shots:
+                    started.append(_measured(lab, len(started), found))
+                    found.memory_mb.append(psutil.Process().memory_info().rss / 1e6)
+            _count(lab, started, found)
+    finally:
+        lives.close()
+    found.seconds = time.monotonic() - began
+    return found
+
+
+def _measured(lab: Client, number: int, found: Found) -> str:
+    """One series, brought to its end; its id."""
+    options = {"rx_s": 0.2, "window": None, "comment": f"series {number}"}
+    job = None
+    while job is None:  # a daemon that takes longer than the client's patience to come back
+        with suppress(ConnectionFailed, Unavailable):
+            job = lab.measure("jewel", shots=SERIES, idempotency_key=f"series {number}", **options)
+    for _ in range(_TRIES):
+        try:
+            job.wait()
+            return job.id
+        except (ConnectionFailed, Unavailable):
+            continue
+        except JobFailed:
+            with suppress(ConnectionFailed, Unavailable, Conflict):
+                job.resume()
+                found.resumed += 1
+    found.wrong.append(f"{job.id} was not brought to its end: {job.view.error}")
+    return job.id
+
+
+def _count(lab: Client, started: list[str], found: Found) -> None:
+    """Is each series there once, and each shot of it?"""
+    there = [job.id for job in lab.jobs_of("acquisition")]
+    if sorted(there) != sorted(started):
+        found.wrong.append(f"{len(started)} series were started, {len(there)} are there")
+    for identifier in started:
+        numbers = [frame.shot for frame in lab.recordings[identifier].info().shots]
+        found.series, found.shots = found.series + 1, found.shots + len(numbers)
+        if numbers != list(range(1, SERIES + 1)):
+            found.wrong.append(f"{identifier} has the shots {numbers}")
+
+
+def page(found: Found, arguments: str) -> str:
+    """The page of evidence."""
+    tenth = max(1, len(found.memory_mb) // 10)
+    early, late = max(found.memory_mb[:tenth]), max(found.memory_mb[-tenth:])
+    killed = ", ".join(f"{name} {count}" for name, count in found.kills.items())
+    rows = {
+        "series, shots": f"{found.series}, {found.shots}",
+        "deaths": f"{sum(found.kills.values())} ({killed})",
+        "series that were resumed": str(found.resumed),
+        "memory of the script, in the first tenth and in the last": f"{early:.0f} MB, {late:.0f} MB",
+        "duration": f"{found.seconds:.0f} s",
+        "shots or series lost, made twice or out of order": "; ".join(found.wrong) or "none",
+    }
+    lines = "\n".join(f"| {name} | {value} |" for name, value in rows.items())
+    return HEAD.format(arguments=arguments, series=SERIES) + lines + "\n"
+
+
+def main() -> int:
+    """By hand."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--shots", type=int, default=10_000)
+    parser.add_argument("--page", type=Path)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="client-kills-") as folder:
+        found = client_kills(Path(folder), options.shots)
+    text = page(found, f"--shots {options.shots}")
+    print(text)
+    if options.page is not None:
+        options.page.write_text(text)
+    return 1 if found.wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The index of what has been measured: `python -m tests.evidence`."""

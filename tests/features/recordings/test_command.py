@@ -1,0 +1,69 @@
+"""`platform-daemon info` and `plot`."""
+
+import base64
+import webbrowser
+
+import numpy as np
+import pytest
+
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.features.fit import ring_down_page
+from tests.kit.command_line import assert_one_line_error, here, run
+from tests.kit.html_pages import elements
+
+
+def test_plot_writes_a_png_and_info_says_what_the_file_holds(measured):
+    done = run("plot", measured / "j.h5", "--frame", 1)
+    assert done.returncode == 0, done.stderr
+    assert (measured / "j-frame1.png").read_bytes().startswith(b"\x89PNG")
+    assert_one_line_error(here("plot", measured / "j.h5", "--frame", 1), 2, "--force")
+    assert_one_line_error(here("plot", measured / "j.h5", "--frame", 7), 2, "frame 7")
+    assert "jewel" in here("info", measured / "j.h5").stdout
+
+
+def test_shots_are_rows_and_an_excitation_that_all_share_is_told_once(measured, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    text = here("info", measured / "j.h5").stdout
+    assert text.count("periods of 212 Hz") == 1
+    rows = [line.split("│")[1:6] for line in text.splitlines() if "good" in line and "│" in line]
+    assert [row[0].strip() for row in rows] == ["0", "1"]
+    assert [row[1].strip() for row in rows] == ["1", "2"]
+    assert "sensitivity / mT A⁻¹" in text
+    assert max(map(len, text.splitlines())) <= 80
+    assert "None" not in text
+
+
+@pytest.fixture
+def opened(monkeypatch):
+    pages = []
+    monkeypatch.setattr(webbrowser, "open", pages.append)
+    monkeypatch.setattr(ring_down_page.sys, "platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    return pages
+
+
+def test_an_interactive_plot_is_a_page_with_all_samples_that_needs_nothing_from_elsewhere(measured, opened):
+    done = here("plot", measured / "j.h5", "--frame", 0, "--interactive")
+    assert done.returncode == 0, done.stderr
+    path = measured / "j-frame0.html"
+    assert done.stdout.strip() == str(path)
+    assert not path.with_suffix(".png").exists()
+    page = path.read_text()
+    seen = elements(page)
+    assert not {"link", "iframe", "object", "img"} & {e.tag for e in seen}
+    assert not any(e.get(key) for e in seen for key in ("src", "href", "srcset", "data", "action"))
+    assert "fetch(" not in page
+    assert "import" not in page
+    data = {e.get("id"): np.frombuffer(base64.b64decode(e.text), "<f4") for e in seen if e.get("type") == "text/plain"}
+    samples = open_recording(measured / "j.h5").rx_volts(0).size
+    assert data["signal_data"].size == data["residual_data"].size == samples
+    assert 0.0 < np.std(data["residual_data"]) < 0.1 * np.std(data["signal_data"])
+    assert opened == []
+    assert_one_line_error(here("plot", measured / "j.h5", "--interactive"), 2, "j-frame0.html", "--force")
+
+
+def test_an_interactive_plot_is_opened_in_the_browser_where_there_is_a_screen(tmp_path, opened, monkeypatch):
+    monkeypatch.setenv("DISPLAY", ":0")
+    ring_down_page.open_in_browser(tmp_path / "page.html")
+    assert opened == [(tmp_path / "page.html").as_uri()]

@@ -1,0 +1,47 @@
+"""`python -m tests.page.pictures`: the pictures of docs/howto/page.md, from the simulated platform."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+from tests.kit.browser import visit
+from tests.kit.data import ROOT
+from tests.kit.rest import finished
+from tests.kit.served import ready
+
+PICTURES = ROOT / "docs" / "pictures"
+SIZE = {"width": 1200, "height": 860}
+SERIES = {"resonator": "jewel", "sequence": {"rx_s": 3.0}, "sample": "J-01", "operator": "ann"}
+
+
+def main() -> None:
+    """Measure, look, and write the pictures."""
+    with tempfile.TemporaryDirectory() as folder, ready(Path(folder) / "data") as daemon, sync_playwright() as p:
+        browser = p.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        seen = visit(browser, daemon.address, viewport=SIZE)
+        made = finished(daemon, daemon.post("/acquisitions", {**SERIES, "shots": 3}).headers["location"])["id"]
+        page = seen.page
+        page.goto(f"{daemon.address}/page/#/shot/{made}/0")
+        page.get_by_text("Table: Spectrum").wait_for(timeout=120_000)
+        page.wait_for_timeout(1000)
+        page.screenshot(path=PICTURES / "page-shot.png", full_page=True)
+        page.goto(f"{daemon.address}/page/#/start")
+        page.locator("#field-resonator").fill("jewel")
+        page.locator("#field-shots").fill("20")
+        page.get_by_role("button", name="Check (dry run)").click()
+        page.get_by_text("What would happen").wait_for(timeout=120_000)
+        page.evaluate("scrollTo(0, 0)")
+        page.screenshot(path=PICTURES / "page-start.png", full_page=True)
+        daemon.post("/acquisitions", {**SERIES, "shots": 12})
+        page.goto(f"{daemon.address}/page/#/now")
+        page.get_by_text("fit of shot 4").wait_for(timeout=120_000)
+        page.screenshot(path=PICTURES / "page-now.png", full_page=True)
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()

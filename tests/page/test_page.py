@@ -1,0 +1,210 @@
+"""The operator's page on the simulated platform, in a real Chromium."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import expect
+
+from tests.kit.acquisitions import SHORT_JEWEL
+from tests.kit.browser import SLOW_MS, open_view, visit
+from tests.kit.command_line import here, wait_for
+from tests.kit.data import ROOT
+from tests.kit.rest import finished
+from tests.kit.served import served
+
+pytestmark = pytest.mark.page
+
+VIEWS = (
+    *("now", "shot", "series", "start", "jobs", "questions", "alarms", "recordings"),
+    *("schedules", "specimens", "ramp", "diagnosis", "devices", "keys"),
+)
+expect.set_options(timeout=SLOW_MS)
+
+
+@pytest.fixture(scope="package")
+def measured(shared_daemon):
+    """Id of a series with two shots."""
+    answer = shared_daemon.post("/acquisitions", {**SHORT_JEWEL, "shots": 2, "sample": "J-01"})
+    return finished(shared_daemon, answer.headers["location"])["id"]
+
+
+def test_every_view_opens_without_an_error_and_nothing_comes_from_elsewhere(browse, measured):
+    page = browse().page
+    expect(page.locator("#fresh")).to_have_text("live")
+    for view in VIEWS:
+        open_view(page, view)
+        expect(page.locator("#view .view > *").first).to_be_visible()
+        expect(page.locator("#view .error")).to_have_count(0)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [320, 768, 1280, 3840])
+def test_axe_finds_nothing_and_nothing_overflows(browse, measured, width, scheme):
+    page = browse(viewport={"width": width, "height": 900}, color_scheme=scheme).page
+    expect(page.locator("#fresh")).to_have_text("live")
+    for view in ("now", "series", "start", "jobs", "devices", f"recordings/{measured}"):
+        open_view(page, view)
+        expect(page.locator("#view .view > *").first).to_be_visible()
+        page.wait_for_timeout(300)
+        found = Axe().run(page).response["violations"]
+        assert [(each["id"], [n["html"][:120] for n in each["nodes"]]) for each in found] == [], view
+        assert page.evaluate("document.documentElement.scrollWidth") <= width, view
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_in_a_page_that_is_old(browse, daemon, scheme):
+    page = browse(color_scheme=scheme, expected_errors=("Failed to load",)).page
+    expect(page.locator("#fresh")).to_have_text("live")
+    open_view(page, "start")
+    expect(page.locator("#view .view > *").first).to_be_visible()
+    daemon.kill("web", signal.SIGSTOP)
+    try:
+        expect(page.locator("body.old")).to_be_visible()
+        found = Axe().run(page).response["violations"]
+    finally:
+        daemon.kill("web", signal.SIGCONT)
+    assert [each["id"] for each in found] == []
+
+
+def test_a_shot_is_drawn_with_its_parameters_and_a_zoom_loads_samples(browse, measured):
+    visited = browse()
+    open_view(visited.page, f"shot/{measured}/0")
+    expect(visited.page.locator(".plot canvas")).to_have_count(3)
+    expect(visited.page.locator("table", has_text="f_nat")).to_contain_text(re.compile(r"213\.\d+\(\d+\)"))
+    visited.page.get_by_role("button", name="First 25 ms").click()
+    expect(visited.page.get_by_text("Samples and fit").first).to_be_attached()
+    assert any("dmdt.f32" in url and "stop_s=0.025" in url for url in visited.requests)
+    visited.page.locator(".plot").first.focus()
+    visited.page.keyboard.press("ArrowRight")
+    expect(visited.page.locator(".readout").first).to_contain_text("fit x")
+
+
+def test_a_series_is_started_by_keys_alone_after_its_dry_run(browse, daemon):
+    visited = browse()
+    page = visited.page
+    expect(page.locator("#fresh")).to_have_text("live")
+    page.keyboard.press("m")
+    page.locator("#field-resonator").focus()
+    page.keyboard.type("jewel")
+    page.keyboard.press("Tab")
+    page.keyboard.type("30")
+    page.keyboard.press("Enter")
+    expect(page.get_by_text("What would happen")).to_be_visible()
+    expect(page.locator(".start .card")).to_contain_text("MB")
+    assert daemon.get("/platform").json()["running"] is None
+    start = page.get_by_role("button", name="Start", exact=True)
+    start.focus()
+    page.keyboard.press("Enter")
+    expect(page.get_by_text("Accepted")).to_be_visible()
+    assert len([url for _, url in visited.sent if url.endswith("/acquisitions")]) == 1
+    page.locator("body").press("n")
+    expect(page.locator(".now")).to_contain_text("shot 1 of 30")
+
+
+def test_escape_twice_stops_by_the_port_that_only_stops(browse, daemon):
+    visited = browse()
+    expect(visited.page.locator("#fresh")).to_have_text("live")
+    job = daemon.post("/acquisitions", {"resonator": "jewel", "shots": 100}).json()["id"]
+    wait_for(lambda: daemon.get("/platform").json()["running"] == job)
+    visited.page.keyboard.press("Escape")
+    visited.page.keyboard.press("Escape")
+    expect(visited.page.locator("#stopped")).to_contain_text("Outputs are off, proved at")
+    assert visited.sent == [("POST", daemon.stop)]
+    assert finished(daemon, f"/acquisitions/{job}")["state"] == "cancelled"
+
+
+def test_what_is_refused_is_said_at_its_field_and_nothing_moves(browse, daemon):
+    page = browse(expected_errors=("422",)).page
+    open_view(page, "start")
+    page.locator("#field-resonator").fill("thread")
+    page.locator(".start details summary").first.click()
+    page.get_by_text("sequence: settings").click()
+    page.locator("#field-sequence-field_t").fill("0.5")
+    page.get_by_role("button", name="Check (dry run)").click()
+    expect(page.locator("#field-sequence-field_t-note")).to_contain_text("limits.max_field_t")
+    expect(page.locator("#field-sequence-field_t")).to_have_attribute("aria-invalid", "true")
+    expect(page.get_by_role("button", name="Start", exact=True)).to_be_disabled()
+
+
+def test_a_double_click_sends_once(browse, daemon):
+    visited = browse()
+    open_view(visited.page, "start/self-test")
+    visited.page.get_by_role("button", name="Start", exact=True).dblclick()
+    expect(visited.page.get_by_text("Accepted")).to_be_visible()
+    assert len([url for _, url in visited.sent if url.endswith("/self-tests")]) == 1
+
+
+def test_all_tabs_of_a_browser_share_one_stream_of_events(browse):
+    visited = browse()
+    expect(visited.page.locator("#fresh")).to_have_text("live")
+    others = [visited.context.new_page() for _ in range(3)]
+    for tab in others:
+        tab.goto(visited.page.url)
+        expect(tab.locator("#fresh")).to_have_text("live")
+        expect(tab.locator(".now")).to_contain_text("Devices")
+    assert len([url for url in visited.requests if url.endswith("/events")]) == 1
+
+
+def test_a_daemon_that_is_halted_is_seen_and_one_that_answers_again_too(browse, daemon):
+    page = browse(expected_errors=("Failed to load",)).page
+    expect(page.locator("#fresh")).to_have_text("live")
+    pid = daemon.kill("web", signal.SIGSTOP)
+    try:
+        expect(page.locator("#fresh")).to_contain_text("OLD")
+        expect(page.locator("#standing")).to_contain_text("does not answer")
+    finally:
+        daemon.kill("web", signal.SIGCONT)
+    assert pid is not None
+    expect(page.locator("#fresh")).to_have_text("live")
+
+
+def test_a_token_is_asked_for_once_and_its_role_decides(chromium, tmp_path):
+    data = tmp_path / "data"
+    token = here("token", "add", "eva", "--role", "viewer", "--data", data).stdout.strip()
+    with served(data) as running:
+        visited = visit(chromium, running.address, expected_errors=("401",))
+        try:
+            page = visited.page
+            page.get_by_label("Token", exact=True).last.fill("wrong")
+            page.get_by_role("button", name="Go on").click()
+            expect(page.locator("dialog .inline-error")).to_contain_text("not valid")
+            page.locator("#token").fill(token)
+            page.get_by_role("button", name="Go on").click()
+            expect(page.locator("footer")).to_contain_text("eva (viewer)")
+            open_view(page, "start")
+            expect(page.get_by_role("button", name="Check (dry run)")).to_be_disabled()
+            page.get_by_role("button", name="STOP").click()
+            expect(page.locator("#stopped")).to_contain_text("Outputs are off")
+            here("token", "revoke", "eva", "--data", data)
+            expect(page.locator("dialog")).to_be_visible()
+            assert visited.errors == []
+        finally:
+            visited.context.close()
+
+
+def test_the_wall_shows_and_changes_nothing(browse, measured):
+    page = browse(path="?wall").page
+    expect(page.locator("#fresh")).to_have_text("live")
+    expect(page.locator("nav")).to_be_hidden()
+    expect(page.get_by_role("button", name="STOP")).to_be_visible()
+    expect(page.locator("#nav a[aria-current=page]")).to_have_attribute("href", "#/shot")
+
+
+@pytest.mark.parametrize(("path", "word"), [(None, "page.png"), ("/nowhere", "no browser was found")])
+def test_the_demo_leaves_a_picture_of_the_page_or_says_that_there_is_no_browser(daemon, measured, tmp_path, path, word):
+    call = f"import run, pathlib; run.HERE = pathlib.Path('{tmp_path}'); run.keep_picture_of_page('{daemon.address}')"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "demo"), **({"PATH": path} if path else {})}
+    done = subprocess.run([sys.executable, "-c", call], capture_output=True, text=True, env=environment, check=True)
+    assert word in done.stdout + " ".join(each.name for each in tmp_path.iterdir())
+
+
+def test_a_browser_is_led_from_the_address_of_the_daemon_to_the_page(browse, daemon):
+    page = browse().page
+    page.goto(daemon.address)
+    expect(page).to_have_url(f"{daemon.address}/page/")
+    assert daemon.get("/").json()["name"] == "platform-daemon"
