@@ -198,7 +198,7 @@ def test_on_a_disk_that_is_full_at_the_start_a_stop_holds_and_schedules_are_back
 def measured(daemon, specimen):
     at = daemon.post("/acquisitions", {**SHORT_JEWEL, "sample": specimen}).headers["location"]
     wait_for(lambda: daemon.get(at).json()["state"] == "done")
-    wait_for(lambda: specimen in daemon.get("/specimens").json()["items"])
+    wait_for(lambda: specimen in daemon.get("/specimens").json().get("items", []))
     return specimen
 
 

@@ -47,7 +47,9 @@ class TrendKeeper:
 
     def _work(self) -> None:
         logged = ""
-        while not self._ended.wait(_PERIOD_S):
+        pause_s = 0.0  # at once: an index that is made while the folder is empty never answers "being made"
+        while not self._ended.wait(pause_s):
+            pause_s = _PERIOD_S
             try:
                 self._look()
                 self._judge_changed()
