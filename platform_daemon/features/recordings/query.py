@@ -34,13 +34,17 @@ class RecordingQuery:
 
     def files(self, context: Context) -> set[str] | None:
         """Names of the files; None: all.  Raises InputError, StorageError."""
+        from platform_daemon.features.trends.index_keeper import TrendKeeper
         from platform_daemon.features.trends.indexed import find_recordings
 
         specimen = _one_of("specimen", self.specimen, "sample", self.sample)
         said = None if self.verdict is None else self.verdict == "refused"
         refused = _one_of("refused", self.refused, "verdict", said)
         wanted = Wanted(specimen, self.operator, self.since, self.until, refused, self.tag, self.resonator)
-        return None if wanted == Wanted() else set(find_recordings(context.folders.recordings, wanted))
+        if wanted == Wanted():
+            return None
+        context.part(TrendKeeper).catch_up()
+        return set(find_recordings(context.folders.recordings, wanted))
 
 
 def _one_of(name: str, value: ValueT | None, other: str, also: ValueT | None) -> ValueT | None:

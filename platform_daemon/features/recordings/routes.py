@@ -64,7 +64,7 @@ def list_recordings(
     """Every recording, and every file that cannot be read with the reason; by name, page by page.
 
     Among the latter, on the first page, are shots that could not be put together: POST /recordings/recover does.
-    What is looked for is found by the index, some seconds after a recording has appeared.
+    What is looked for is found by the index; one that has just appeared is waited for, for a second at most.
     """
     from platform_daemon.features.trends.indexed import known_entries
 

@@ -18,6 +18,7 @@ from .schema import ChangeName
 
 log = structlog.get_logger()
 _PERIOD_S = 2.0
+_PATIENCE_S = 1.0  # a new recording is indexed in some 0.1 s; years of them are not waited for
 _IDLE_FACTOR = 9.0  # pause after judging, in times of how long it took
 
 
@@ -31,7 +32,9 @@ class TrendKeeper:
         self._seen_ns = -1
         self._changed: set[str] = set()
         self._next_s = 0.0
-        self._ended = threading.Event()
+        self._ended = False
+        self._wake = threading.Event()
+        self._waiting: list[threading.Event] = []
         self._thread = threading.Thread(target=self._work, name="trends", daemon=True)
         self._thread.start()
 
@@ -40,16 +43,32 @@ class TrendKeeper:
         """Number of recordings that are not indexed yet."""
         return self._left
 
+    def catch_up(self, timeout_s: float = _PATIENCE_S) -> None:
+        """Wait until the recordings that are in the folder now are indexed, or for `timeout_s`.
+
+        Whoever has just measured finds the recording then, without asking twice.
+        """
+        try:
+            if self._folder.stat().st_mtime_ns == self._seen_ns:
+                return
+        except OSError:  # the query says so
+            return
+        looked = threading.Event()
+        self._waiting.append(looked)
+        self._wake.set()
+        looked.wait(timeout_s)
+
     def close(self) -> None:
         """Idempotent."""
-        self._ended.set()
+        self._ended = True
+        self._wake.set()
         self._thread.join(5.0)
 
     def _work(self) -> None:
         logged = ""
-        pause_s = 0.0  # at once: an index that is made while the folder is empty never answers "being made"
-        while not self._ended.wait(pause_s):
-            pause_s = _PERIOD_S
+        # The first look is at once: an index that is made while the folder is empty never answers "being made".
+        while not self._ended:
+            waiting, self._waiting = self._waiting, []
             try:
                 self._look()
                 self._judge_changed()
@@ -61,6 +80,11 @@ class TrendKeeper:
                     unforeseen = not isinstance(error, PlatformError | OSError)
                     log.error("trends_not_looked_at", error=str(error), exc_info=unforeseen)
                 logged = str(error)
+            finally:
+                for looked in waiting:
+                    looked.set()
+            self._wake.wait(_PERIOD_S)
+            self._wake.clear()
 
     def _look(self) -> None:
         changed_ns = self._folder.stat().st_mtime_ns  # changes when a file is added or removed
@@ -75,7 +99,7 @@ class TrendKeeper:
         if not self._changed or begun_s < self._next_s:
             return
         known = indexed_specimens(self._folder)
-        while self._changed and not self._ended.is_set():
+        while self._changed and not self._ended:
             specimen = self._changed.pop()
             if specimen in known:
                 self.judge(specimen)
@@ -86,7 +110,7 @@ class TrendKeeper:
 
     def _on_progress(self, n: int, of: int) -> None:
         self._left = of - n
-        if self._ended.is_set():
+        if self._ended:
             raise _Ended
 
     def judge(self, specimen: str) -> None:

@@ -35,6 +35,7 @@ def list_specimens(context: Shared, page: Paged) -> SpecimenListing:
     """Names of all specimens with shots that were fitted, page by page."""
     from .indexed import indexed_specimens
 
+    context.part(TrendKeeper).catch_up()
     here = tuple(page.of(indexed_specimens(context.folders.recordings)))
     return SpecimenListing(items=here, next=page.next)
 
@@ -89,6 +90,7 @@ def get_trend(
 @router.get("/{specimen:path}", summary="What is known of a specimen", responses=problems(404, 422, 503))
 def get_specimen(specimen: Specimen, context: Shared) -> SpecimenPage:
     """Recordings, resonators with their highest field and preset, calibrations, adopted models, changes, links."""
+    context.part(TrendKeeper).catch_up()
     return specimen_page(specimen, context)
 
 
@@ -112,8 +114,10 @@ def _trend(context: Context, specimen: str, since: str | None, until: str | None
     """Raises UnknownSpecimen, InputError, StorageError."""
     from .indexed import indexed_trend
 
+    keeper = context.part(TrendKeeper)
+    keeper.catch_up()
     found = indexed_trend(context.folders.recordings, specimen, since, until, rate)
-    behind = context.part(TrendKeeper).behind
+    behind = keeper.behind
     if behind:
         found = found.model_copy(update={"notes": (*found.notes, f"{behind} recordings are still to be looked at")})
     return found

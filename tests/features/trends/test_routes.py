@@ -122,6 +122,14 @@ def test_bad_input(client):
     problem(client.get(f"/specimens/{JEWEL}/trend?points_to_false_alarm=1"), 422)
 
 
+def test_a_recording_is_found_as_soon_as_it_is_there(client):
+    wait_for(lambda: JEWEL in _specimens(client))
+    for n, path in enumerate(months(client.folder.recordings.parent, 4, "at once")):
+        path.rename(client.folder.recordings / path.name)
+        assert len(client.get("/recordings?sample=at once").json()["items"]) == n + 1
+    assert client.get("/specimens/at once").json()["recordings"] == 4
+
+
 def test_a_name_may_hold_a_slash(client):
     folder = client.folder.recordings
     for path in months(folder.parent, 2, "A7/left?"):
