@@ -44,7 +44,7 @@ test: install
 
 # The tests that `make test` has no time for: daemons that die and start, short campaigns, long diagnoses.
 test-long: install
-	$(BIN)/pytest -m long
+	$(BIN)/pytest -m long -n 3
 
 # Latencies beside a crowd: needs a machine that does nothing else.
 test-real-time: install

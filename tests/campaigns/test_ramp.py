@@ -22,6 +22,7 @@ def test_a_ramp_of_the_study_ends_near_the_threshold_of_the_world() -> None:
     assert told(case, true_ut, [found]).count("|") == 9
 
 
+@pytest.mark.long
 def test_a_rotor_without_side_modes_stops_no_ramp() -> None:
     case = replace(next(c for c in CASES if c.specimen == "thread"), span_ut=(250, 300))
     found = ramp(case, Rotor(case), seed=1)

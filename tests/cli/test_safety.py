@@ -38,6 +38,7 @@ def on(lab):
     return "--platform", "emulated", "--endpoints", lab.endpoints
 
 
+@pytest.mark.long
 def test_outputs_left_on_are_switched_off_and_proved(lab, tmp_path):
     host = DyingHost(lab, tmp_path)
     try:

@@ -63,6 +63,7 @@ def test_a_process_that_is_killed_holds_nothing(name):
     Claim(name).close()
 
 
+@pytest.mark.long
 def test_a_process_that_is_halted_holds_it_and_is_named(name):
     process = holding(name)
     try:

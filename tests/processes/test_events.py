@@ -108,6 +108,7 @@ def test_a_listener_that_was_away_gets_what_it_missed_and_nothing_twice(daemon):
 @pytest.mark.parametrize(
     ("query", "headers"), [("", {"Last-Event-ID": "x"}), ("?after=-1", {}), ("?after=x", {}), ("?kind=unknown", {})]
 )
+@pytest.mark.long
 def test_a_number_or_kind_that_there_is_not_is_refused_before_anything_is_sent(daemon, query, headers):
     problem(daemon.get(f"/events{query}", headers=headers), 422)
 

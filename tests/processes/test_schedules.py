@@ -22,6 +22,7 @@ def command(daemon, *words):
     return run("schedule", *words, "--data", daemon.folder)
 
 
+@pytest.mark.long
 def test_what_is_due_is_run_and_stands_in_the_ledger_with_its_recording(daemon):
     made = daemon.post("/schedules", QUICK)
     assert made.status_code == 201

@@ -44,6 +44,7 @@ def stopped(daemon, timeout=60):
     return time.monotonic() - began, answer.json()
 
 
+@pytest.mark.long
 def test_while_the_web_process_is_halted_stop_answers_as_ever(daemon):
     halted = daemon.kill("web", signal.SIGSTOP)
     try:

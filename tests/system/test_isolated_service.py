@@ -82,6 +82,7 @@ def connections_to_the_card(lab, daemon):
     }
 
 
+@pytest.mark.long
 def test_nobody_who_looks_ends_the_series_of_a_service_and_who_stops_stops_it(lab, tmp_path):
     data = tmp_path / "service/data"
     data.parent.mkdir()

@@ -43,7 +43,7 @@ STEP = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(1, 6))])
 @pytest.mark.parametrize("variant", ["thread", "jewel"])
 def test_an_independent_optimiser_agrees(variant, seed):
     rng = np.random.default_rng(1000 + seed)

@@ -104,6 +104,7 @@ def test_a_diagnosis_that_starts_from_the_adopted_model_finds_nothing_more(clien
     assert refused.json()["remedy"]
 
 
+@pytest.mark.long
 def test_a_retired_model_is_listed_but_no_longer_meant_by_its_name(client, diagnosis, recording):
     client.post(diagnosis["links"]["adopt"], json={"name": "old", "by": "me"})
     assert client.post("/models/old@1/retire", json={"reason": "wrong"}).json()["retired"]["reason"] == "wrong"

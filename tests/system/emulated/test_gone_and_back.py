@@ -75,6 +75,7 @@ def test_a_server_that_died_is_named_and_once_it_is_back_the_next_shot_is_whole(
 @pytest.mark.parametrize(
     ("board", "state"), [(0, CardState.RUNNING), pytest.param(1, CardState.ARMED, marks=pytest.mark.long)]
 )
+@pytest.mark.long
 def test_a_link_that_was_cut_is_named_and_once_it_is_back_the_next_shot_is_whole(lab_of_its_own, board, state):
     lab = lab_of_its_own()
     platform = lab.platform("io_card.reply_timeout_s=1.0", "io_card.sample_timeout_s=1.0")

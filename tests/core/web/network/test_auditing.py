@@ -90,6 +90,7 @@ def test_reset_calibration_and_series_with_what_was_asked(secured, entries):
     assert ("adopt_calibration" in [e.what for e in found]) == (adopted.status_code == 200)
 
 
+@pytest.mark.long
 def test_what_was_refused_at_once_is_not_written_nor_what_only_looks(secured, entries):
     headers = secured.headers[Role.OPERATOR]
     secured.client.post("/acquisitions", json={"resonator": "spring"}, headers=headers)

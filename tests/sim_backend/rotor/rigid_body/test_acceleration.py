@@ -41,6 +41,7 @@ def start(other):
         pytest.param("jewel", 0, 0.02, marks=pytest.mark.campaign),
     ],
 )
+@pytest.mark.long
 def test_the_equations_are_those_of_lagrange_from_energies_alone(name, rough, seconds):
     rotor, p = rigid(name, gravity=[1.0, 4.0, -9.0], defects=DEFECTS[name])
     p[MU] = p[MU] if rough else 0.0
