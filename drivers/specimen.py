@@ -133,7 +133,8 @@ class Specimen(_Section):
     defects: Defects | None = Field(None, description="Manufacturing errors; null: none.")
     side_modes: SideModeLimit | None = Field(None, description="What a ramp has found; null: none was made.")
     uncertainty: DeclaredUncertainty | None = Field(
-        None, description="How well influences are known, before what the platform's file says of them; null: not said."
+        default=None,
+        description="How well influences are known, in the place of what the platform's file says; null: not said.",
     )
 
     @model_validator(mode="after")

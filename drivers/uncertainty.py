@@ -1,9 +1,9 @@
-"""How well the influences on a result are known, as `[uncertainty]` of a platform's or a resonator's file declares it."""
+"""How well the influences on a result are known: `[uncertainty]` of a platform's or a resonator's file."""
 
 from __future__ import annotations
 
+import datetime as dt
 import math
-from datetime import date
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -21,9 +21,9 @@ class Certificate(_Section):
     """A calibration certificate."""
 
     number: str = Field(min_length=1, description="Its number.")
-    date: Annotated[date, Field(strict=False)] = Field(description="When it was issued, ISO 8601.")
-    valid_until: Annotated[date, Field(strict=False)] | None = Field(
-        None, description="Last day of its validity, ISO 8601; null: it says none."
+    date: Annotated[dt.date, Field(strict=False)] = Field(description="When it was issued, ISO 8601.")
+    valid_until: Annotated[dt.date, Field(strict=False)] | None = Field(
+        default=None, description="Last day of its validity, ISO 8601; null: it says none."
     )
 
     @model_validator(mode="after")
@@ -36,17 +36,21 @@ class Certificate(_Section):
 class Influence(_Section):
     """How well an influence is known: `u`, or `half_width` of a distribution with ends."""
 
-    u: Positive | None = Field(None, description="Standard uncertainty, in the unit of the key; null: see half_width.")
-    half_width: Positive | None = Field(None, description="It lies within this, in the unit of the key; null: see u.")
+    u: Positive | None = Field(
+        default=None, description="Standard uncertainty, in the unit of the key; null: see half_width."
+    )
+    half_width: Positive | None = Field(
+        default=None, description="It lies within this, in the unit of the key; null: see u."
+    )
     distribution: Literal["normal", "rectangular", "triangular", "arcsine"] = Field(
-        "normal", description="Of what it may be; one with a half_width is no normal one."
+        default="normal", description="Of what it may be; one with a half_width is no normal one."
     )
     dof: Annotated[float, Field(ge=1, allow_inf_nan=False)] | None = Field(
-        None, description="Degrees of freedom of u; null: it is known exactly."
+        default=None, description="Degrees of freedom of u; null: it is known exactly."
     )
-    kind: Literal["A", "B"] = Field("B", description="A: from repeated observations; B: from anything else.")
-    source: str = Field("", description="Where it is known from, in words.")
-    certificate: Certificate | None = Field(None, description="Certificate that says so; null: there is none.")
+    kind: Literal["A", "B"] = Field(default="B", description="A: from repeated observations; B: from anything else.")
+    source: str = Field(default="", description="Where it is known from, in words.")
+    certificate: Certificate | None = Field(default=None, description="Certificate that says so; null: there is none.")
 
     @model_validator(mode="after")
     def _one_width(self) -> Influence:
@@ -77,36 +81,38 @@ class Correlation(_Section):
 class DeclaredUncertainty(_Section):
     """`[uncertainty]`; what is left out is not declared, and every budget says so."""
 
-    sample_clock: Influence | None = Field(None, description="Frequency of the card's clock, relative, 1.")
+    sample_clock: Influence | None = Field(default=None, description="Frequency of the card's clock, relative, 1.")
     reference_dipole: Influence | None = Field(
-        None,
+        default=None,
         description="Moment and geometry of the dipole that P was measured with, relative, 1; it replaces what the "
         "calibration's file says.",
     )
     calibration_drift_per_year: Influence | None = Field(
-        None, description="Relative change of P since it was measured, 1/a."
+        default=None, description="Relative change of P since it was measured, 1/a."
     )
-    gain: Influence | None = Field(None, description="Gain of each receive channel since then, relative, 1.")
-    phase_rad: Influence | None = Field(None, description="Phase of each receive channel at f_nat, rad.")
+    gain: Influence | None = Field(default=None, description="Gain of each receive channel since then, relative, 1.")
+    phase_rad: Influence | None = Field(default=None, description="Phase of each receive channel at f_nat, rad.")
     orthogonality_rad: Influence | None = Field(
-        None, description="Angle by which each coil is turned towards each of the others, rad."
+        default=None, description="Angle by which each coil is turned towards each of the others, rad."
     )
     thermometer_k: Influence | None = Field(
-        None, description="Temperature of the resonator against what the thermometer says, K."
+        default=None, description="Temperature of the resonator against what the thermometer says, K."
     )
     static_field_t: Influence | None = Field(
-        None, description="Static field along the resting rotor, of unknown sign, T."
+        default=None, description="Static field along the resting rotor, of unknown sign, T."
     )
-    position_m: Influence | None = Field(None, description="Position of the rotor along x, y and z, each, m.")
-    pose_rad: Influence | None = Field(None, description="How it is turned in the clamp, about x, y and z, each, rad.")
+    position_m: Influence | None = Field(default=None, description="Position of the rotor along x, y and z, each, m.")
+    pose_rad: Influence | None = Field(
+        default=None, description="How it is turned in the clamp, about x, y and z, each, rad."
+    )
     coil_radius_m: Annotated[tuple[Positive, Positive, Positive], Field(strict=False)] | None = Field(
-        None, description="Radii of the Helmholtz pairs x, y, z, m: what a position does to P; null: not said."
+        default=None, description="Radii of the Helmholtz pairs x, y, z, m: what a position does to P; null: not said."
     )
     temperature_coefficient_per_k: dict[str, Finite] = Field(
         default_factory=dict, description="Change of parameters with temperature, by public name, their unit per K."
     )
     correlation: Annotated[tuple[Correlation, ...], Field(strict=False)] = Field(
-        (), description="Inputs that err together."
+        default=(), description="Inputs that err together."
     )
 
     def under(self, own: DeclaredUncertainty | None) -> DeclaredUncertainty:
