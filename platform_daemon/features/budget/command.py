@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -91,6 +92,9 @@ def budget(
     print(f"{file}: {shots}{at}")
     for each in told:
         print(budget_text(each))
+    if quantity is None and everything.direction is not None:
+        cone = math.degrees(everything.direction.cone_rad)
+        print(f"direction of the rotor: within a cone of {cone:.2g} degrees ({coverage:.0%})")
 
 
 def _trials(draws: float | None) -> int | None:

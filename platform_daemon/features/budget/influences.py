@@ -280,13 +280,13 @@ def _position(given: Situation, calibration: ReceiveCalibration) -> Iterator[Eff
         sides = []
         for sign in (1.0, -1.0):
             moved = here + sign * step * np.eye(3)[k]
-            relative = np.linalg.solve(_field(here, radii), _field(moved, radii)) - np.eye(3)
+            relative = np.linalg.solve(pair_fields(here, radii), pair_fields(moved, radii)) - np.eye(3)
             sides.append(sign * given.of_data(-relative @ both) / step)
         effects = np.where(np.abs(sides[0]) >= np.abs(sides[1]), *sides)
         yield Effect(name, effects, known, 1e-3, "1 mm", "position")
 
 
-def _field(place: Array, radii: tuple[float, float, float]) -> Array:
+def pair_fields(place: Array, radii: tuple[float, float, float]) -> Array:
     """Field of unit Helmholtz pairs along x, y, z at a place (3,), over that at the centre, (coil, axis), to fourth
     order: B_z = 1 - 144/125 (z^4 - 3 z^2 r^2 + 3/8 r^4) / R^4, B_r = -144/125 (3/2 z r^3 - 2 z^3 r) / R^4."""
     rows = []

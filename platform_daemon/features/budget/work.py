@@ -11,6 +11,7 @@ from statistics import fmean
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError
 from drivers.uncertainty import DeclaredUncertainty
 from platform_daemon.core.schemas.fits import FrameFit
@@ -99,15 +100,17 @@ def shot_budgets(
         raise FitRefused("the fit was refused", where=f"frame {frame}", why=used.reason or "", remedy=remedy)
     names = tuple(used.parameters)
     short = fit_frame_of(measurement, frame, replace(ask, window="n50")) if ask.window == "d30" else None
+    given = _situation(measurement, (frame,), frame, used, declared)
     difference = std = None
     if short is not None and short.verdict == "good":
         difference, std = _differences(names, [frame_report(frame, used)], [frame_report(frame, short)])
+        std = np.hypot(std, _explained(given, _situation(measurement, (frame,), frame, short, declared)))
     own = np.zeros((len(names), len(names)))
     free = [names.index(name) for name in used.covariance_names]
     own[np.ix_(free, free)] = used.covariance
     values = np.array([each.value for each in used.parameters.values()])
     told = _Statistics(names, values, own, "noise", "covariance of the fit", math.inf, difference, std)
-    return _budgets(_situation(measurement, (frame,), frame, used, declared), told, (frame,), coverage)
+    return _budgets(given, told, (frame,), coverage)
 
 
 def series_budgets(
@@ -140,7 +143,10 @@ def series_budgets(
         if both:
             long_reports = [report for report in reports if report.frame in both]
             found = _differences(given.names, long_reports, [frame_report(k, short[k]) for k in both])
-            told = replace(told, difference=found[0], difference_std=found[1])
+            std = found[1]
+            if middle in both:
+                std = np.hypot(std, _explained(given, _situation(measurement, good, middle, short[middle], declared)))
+            told = replace(told, difference=found[0], difference_std=std)
     return _budgets(given, told, tuple(good), coverage)
 
 
@@ -169,11 +175,12 @@ def _situation(
     if recording is not None and recording.provenance is not None:
         said = declared_in(recording)
         day = date.fromisoformat(recording.provenance.start_time[:10])
+    calibrated = record.quantity == "dmdt"  # by whatever, of arrays: axes stand for its channels
     temperatures = [t for k in frames if (t := measurement.conditions(k).temperature_c) is not None]
     return Situation(
         fit=fit,
-        response=response_of(fit, record) if record.quantity == "dmdt" else None,
-        calibration=measurement.calibration,
+        response=response_of(fit, record) if calibrated else None,
+        calibration=measurement.calibration or (ReceiveCalibration(np.eye(3)) if calibrated else None),
         specimen=None if recording is None or recording.provenance is None else declared_specimen(recording),
         declared=said.under(declared),
         measured=day,
@@ -246,6 +253,13 @@ def _differences(names: Sequence[str], long: Sequence[FrameFit], short: Sequence
     ]
     own = np.sqrt(np.maximum(np.mean(variances, axis=0), 0.0) / n)
     return found.mean(axis=0), own
+
+
+def _explained(long: Situation, short: Situation) -> Array:
+    """Standard deviation, (m,), of N50 minus D30 by what is declared: an error of a gain moves the two differently."""
+    pairs = zip(effects_of(long), effects_of(short), strict=True)
+    parts = [(b.effects - a.effects) * a.known.u for a, b in pairs if a.known is not None]
+    return np.sqrt(np.sum(np.square(parts), axis=0)) if parts else np.zeros(len(long.names))
 
 
 def _budgets(given: Situation, told: _Statistics, frames: tuple[int, ...], coverage: float) -> ResultBudgets:
