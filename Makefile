@@ -9,7 +9,7 @@ PAGE := platform_daemon/features/page
 # Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: client-kills evidence site night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: coverage-study client-kills evidence site night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -154,6 +154,11 @@ soak: install
 angle-study: install
 	$(BIN)/python -m tests.campaigns.angle_study --page docs/evidence/angle-study.md --journal angle-study.jsonl $(ANGLES)
 	$(BIN)/python -m tests.evidence --measured angle-study
+
+# How often intervals of the budgets cover the truth; `make coverage-study DRAWS=1000`.
+DRAWS ?= 200
+coverage-study: install
+	COVERAGE_DRAWS=$(DRAWS) $(BIN)/python -m pytest -n 0 -m long -s tests/features/budget -k coverage
 
 # `make fault-campaign FAULTS='--only "switch RX"'` is a short one; the journal lets an interrupted one go on.
 fault-campaign: install

@@ -18,6 +18,7 @@ What crosses the contracts:
 timeline.py     the sample-exact shot that an I/O card plays: bursts of sines, levels of digital lines, windows
 calibration.py  the channels of a platform in physical units: receive and transmit side
 specimen.py     a resonator as its TOML file declares it
+uncertainty.py  how well influences on a result are known, as platform and resonator files declare it
 identity.py     manufacturer, model, serial number and firmware of a device
 errors.py       the exception tree of the project
 

@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from drivers.uncertainty import DeclaredUncertainty
+
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -130,6 +132,10 @@ class Specimen(_Section):
     )
     defects: Defects | None = Field(None, description="Manufacturing errors; null: none.")
     side_modes: SideModeLimit | None = Field(None, description="What a ramp has found; null: none was made.")
+    uncertainty: DeclaredUncertainty | None = Field(
+        default=None,
+        description="How well influences are known, in the place of what the platform's file says; null: not said.",
+    )
 
     @model_validator(mode="after")
     def _bearing_fits_variant(self) -> Specimen:

@@ -17,25 +17,36 @@ if TYPE_CHECKING:
     from .library.recording import Recording, from_arrays
     from .library.recording import open_recording as open
     from .library.simulate import simulate
+    from .uncertainty.budget import Budget
+    from .uncertainty.inputs import InputQuantity, from_observations
+    from .uncertainty.monte_carlo import check_law_of_propagation, monte_carlo
+    from .uncertainty.propagation import propagate, propagate_jointly
 
     __version__: str
 
 __all__ = [
+    "Budget",
     "Coefficient",
     "DiagnosisResult",
     "Fit",
     "Fits",
     "InputError",
+    "InputQuantity",
     "PlatformError",
     "Recording",
     "RecordingError",
     "TorqueTerm",
     "__version__",
+    "check_law_of_propagation",
     "diagnose",
     "fit",
     "fit_frames",
     "from_arrays",
+    "from_observations",
+    "monte_carlo",
     "open",
+    "propagate",
+    "propagate_jointly",
     "simulate",
 ]
 
@@ -46,6 +57,10 @@ _PLACES = {
     **dict.fromkeys(("Fit", "Fits", "fit", "fit_frames"), "platform_daemon.library.fit"),
     **dict.fromkeys(("Recording", "from_arrays", "open"), "platform_daemon.library.recording"),
     "simulate": "platform_daemon.library.simulate",
+    "Budget": "platform_daemon.uncertainty.budget",
+    **dict.fromkeys(("InputQuantity", "from_observations"), "platform_daemon.uncertainty.inputs"),
+    **dict.fromkeys(("check_law_of_propagation", "monte_carlo"), "platform_daemon.uncertainty.monte_carlo"),
+    **dict.fromkeys(("propagate", "propagate_jointly"), "platform_daemon.uncertainty.propagation"),
 }
 """Where a name is defined; each is imported when it is used, because the estimation takes seconds to load."""
 

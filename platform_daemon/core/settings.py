@@ -18,6 +18,7 @@ from drivers.errors import ConfigError, InputError
 from drivers.registry import PlatformSection
 from drivers.specimen import Specimen
 from drivers.text_files import read_text_file
+from drivers.uncertainty import DeclaredUncertainty
 from drivers.validation import validated
 from sequences.limits import SafetyLimits
 from sequences.request import SequenceRequest
@@ -30,7 +31,8 @@ class PlatformFile:
     """A platform file taken apart: what the registry builds from, the safety envelope, and the text for the record.
 
     calibration_file: a recording or calibration file that replaces the back end's calibration, None: there is none;
-    transmit_file: the same for field and inductance of the coils; self_test: what comes before each series.
+    transmit_file: the same for field and inductance of the coils; self_test: what comes before each series;
+    uncertainty: how well influences are known, which budgets read from the text in the recordings.
     """
 
     path: Path
@@ -40,6 +42,7 @@ class PlatformFile:
     calibration_file: Path | None
     transmit_file: Path | None
     self_test: SelfTestOptions
+    uncertainty: DeclaredUncertainty
 
 
 def locate(kind: str, name: str | Path) -> Path:
@@ -115,9 +118,11 @@ def _load_platform(path: Path, overrides: Sequence[str], endpoints: Path | None)
         raise ConfigError("table 'limits' is missing", where=where, remedy=remedy)
     limits = validated(SafetyLimits, _table(tables.pop("limits"), f"{where}: limits"), f"{where}: limits")
     test = validated(SelfTestOptions, _table(tables.pop("self_test", {}), f"{where}: self_test"), f"{where}: self_test")
+    known = _table(tables.pop("uncertainty", {}), f"{where}: uncertainty")
+    uncertainty = validated(DeclaredUncertainty, known, f"{where}: uncertainty")
     section = validated(PlatformSection, tables, where)
     note = "".join(f"# override: {o}\n" for o in overrides)
-    return PlatformFile(path, note + text, section, limits, calibration, transmit, test)
+    return PlatformFile(path, note + text, section, limits, calibration, transmit, test, uncertainty)
 
 
 def _file_of(tables: dict[str, Any], name: str, path: Path) -> Path | None:

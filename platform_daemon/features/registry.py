@@ -13,6 +13,7 @@ FEATURES = (
     "recordings",
     "trends",
     "fit",
+    "budget",
     "design",
     "diagnose",
     "characterise",

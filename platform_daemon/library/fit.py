@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from platform_daemon.uncertainty.budget import Budget
+
 Window = Literal["n50", "d30"] | float
 
 
@@ -36,8 +38,9 @@ class Fit(Mapping[str, Estimate]):
         result: everything that the estimation says.
     """
 
-    def __init__(self, recording: Recording, frame: int, model: str, result: FitResult) -> None:
-        self.recording, self.frame, self.model, self.result = recording, frame, model, result
+    def __init__(self, recording: Recording, frame: int, ask: FitRequest, result: FitResult) -> None:
+        self.recording, self.frame, self.model, self.result = recording, frame, ask.label, result
+        self._ask = ask
 
     def __getitem__(self, name: str) -> Estimate:
         """Value and standard deviation of a parameter, SI; std None: it was held.
@@ -89,6 +92,25 @@ class Fit(Mapping[str, Estimate]):
             std = "held" if each.std is None else f"{each.std:.2g}"
             lines.append(f"{name:<24}{each.value:>18.9g}{std:>12}  {definition_of(name).unit}".rstrip())
         return "\n".join(lines)
+
+    def budget(self, quantity: str, *, coverage: float = 0.95, uncertainty: str | Path | None = None) -> Budget:
+        """The uncertainty budget of a parameter: what contributes, and what is not declared.
+
+        Args:
+            quantity: public name of the parameter, as m_r_am2.
+            coverage: probability of the interval value ± U.
+            uncertainty: TOML file with `[uncertainty]`, in the place of what the recording declares.
+
+        Raises InputError for a fit that was refused, a parameter that it does not have, an expired certificate, or
+        correlations that contradict each other.
+        """
+        from platform_daemon.features.budget.declared import declared_by
+        from platform_daemon.features.budget.work import shot_budgets
+
+        declared = None if uncertainty is None else declared_by(Path(uncertainty))
+        measurement = self.recording.measurement
+        found = shot_budgets(measurement, self.frame, self._ask, fit=self.result, declared=declared, coverage=coverage)
+        return found.of(quantity)
 
     def plot(self, path: str | Path | None = None) -> Figure:
         """Signal, fit, residual and spectrum, also saved at `path`, by its suffix as PNG, PDF or SVG."""
@@ -192,4 +214,4 @@ def fit_frames(
         numbers = [k for k in range(measurement.frames) if measurement.excuse(k) is None]
     else:
         numbers = [recording.usable_frame() if k is None else k for k in frames]
-    return Fits([Fit(recording, k, ask.label, fit_frame_of(measurement, k, ask)) for k in numbers])
+    return Fits([Fit(recording, k, ask, fit_frame_of(measurement, k, ask)) for k in numbers])

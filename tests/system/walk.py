@@ -38,6 +38,7 @@ PAGES = (
     "docs/howto/nights-and-schedules.md",
     "docs/reference/configuration.md",
     "docs/howto/calibration.md",
+    "docs/howto/uncertainty.md",
     "docs/explanation/diagnosis.md",
     "docs/reference/emulator.md",
     "docs/howto/adding-a-driver.md",

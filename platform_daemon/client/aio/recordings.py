@@ -15,6 +15,7 @@ from platform_daemon.client.errors import ConnectionFailed, Unavailable
 from platform_daemon.core.reporting.dataframes import signal_array
 from platform_daemon.core.schemas.harmonics import ShotHarmonics
 from platform_daemon.core.schemas.recordings import DmdtSeries, RecordingInfo, RecordingSummary, RecoveryReport
+from platform_daemon.features.budget.schema import BudgetReport
 from platform_daemon.features.fit.frame_plot_schema import FramePlot
 from platform_daemon.features.fit.sliding_schema import SlidingReport
 
@@ -101,6 +102,22 @@ class AsyncRecording:
     async def harmonics(self, frame: int = 0) -> ShotHarmonics:
         """What the harmonics alone tell of a frame, without a fit."""
         return await self._transport.get(ShotHarmonics, "get_harmonics", identifier=self.id, frame=frame)
+
+    async def budget(
+        self,
+        quantity: str = "f_nat_hz",
+        *,
+        shot: int | None = None,
+        coverage: float = 0.95,
+        window: Window = "d30",
+        variant: str | None = None,
+    ) -> BudgetReport:
+        """The uncertainty budget of a parameter: what each influence contributes, and what is not declared.
+
+        shot: one frame, from 0; None: the mean of the series.  coverage: probability of the interval value ± U.
+        """
+        query = {"quantity": quantity, "shot": shot, "coverage": coverage, "window": window, "variant": variant}
+        return await self._transport.get(BudgetReport, "get_budget", query, identifier=self.id)
 
     async def sliding(
         self, frame: int = 0, *, window_s: float | None = None, step_s: float | None = None, variant: str | None = None

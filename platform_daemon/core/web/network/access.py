@@ -115,6 +115,7 @@ ACCESS: dict[str, Access] = {
     "get_live_harmonics": VIEW,
     "get_sliding": COMPUTE,
     "draw_frame": COMPUTE,
+    "get_budget": COMPUTE,
     "get_frame_plot": COMPUTE,
     "get_derived": COMPUTE,
     "get_envelopes": COMPUTE,

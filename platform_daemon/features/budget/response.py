@@ -1,0 +1,116 @@
+"""How the parameters of a fit follow a change of its data: the linear response of least squares.
+
+d(theta) = P (J^T W J)^-1 J^T W d(y) with the Jacobian J of the fit at its solution, the weights W of the channels'
+noise, and P from the fit's parameters to the published ones.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from platform_daemon.estimation.goodness_of_fit.residual_jacobian import derivatives_of
+from platform_daemon.estimation.least_squares.public_parameters import public_jacobian
+from platform_daemon.estimation.physics.trajectory.direct import Trajectory
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.result import FitResult
+
+Array = NDArray[np.float64]
+_POINTS = 16  # of a period of the second harmonic: block means keep all of it that the fit weighs
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """The linear response of one fit.
+
+    Attributes:
+        names: (m,) of the published parameters.
+        odd, even: (3, n) the fitted dm/dt of odd and of even harmonics, as block means; slope: (3, n) its derivative
+            per s.
+        gains: (m, 3, n) d(parameter) / d(sample).
+    """
+
+    names: tuple[str, ...]
+    odd: Array
+    even: Array
+    slope: Array
+    gains: Array
+
+    def of(self, change: Array) -> Array:
+        """Change of the parameters, (m,), for a change (3, n) of the data."""
+        return np.asarray(np.tensordot(self.gains, change, 2), np.float64)
+
+    def of_mixing(self, matrix: Array, signal: Array) -> Array:
+        """Change of the parameters, (m,), for data that change by `matrix` (3, 3) times a signal (3, n)."""
+        return self.of(matrix @ signal)
+
+
+def response_of(fit: FitResult, record: RingDownRecord) -> Response:
+    """The response of a good fit to the record (3, n) that it was made of."""
+    assert fit.fitted is not None
+    assert fit.window_s is not None
+    model, state = fit.fitted.model, fit.fitted.state
+    rate = record.sampling_rate_hz
+    f_nat = fit.parameters["f_nat_hz"].value
+    block = max(1, int(rate / (2.0 * f_nat * _POINTS)))
+    first = record.valid_from
+    stop = min(record.samples.shape[1], record.valid_to or record.samples.shape[1], round(fit.window_s * rate))
+    blocks = (stop - first) // block
+    last = first + blocks * block
+
+    trajectory = Trajectory(model, state.dynamics, last / rate)
+    basis = trajectory.basis(first, last, 1.0 / rate, state.observation.observable)
+    gains = state.observation.gains(state.dynamics.w)
+    odd, even = gains[:, :1] * basis[0], gains[:, 1:] * basis[1]
+    slope = np.gradient(odd + even, 1.0 / rate, axis=1)
+    left = record.samples[:, first:last] - odd - even - state.offsets[:, None]
+    noise = left.std(axis=1)
+
+    def means(signal: Array) -> Array:
+        return signal.reshape(len(signal), blocks, block).mean(axis=2)
+
+    jacobian = derivatives_of(model, state, first=first, blocks=blocks, block=block, dt_s=1.0 / rate)
+    names, _, published = public_jacobian(model, state)
+    free = _free(fit, len(state.dynamics.values), state.size)
+    rows = (jacobian[free] / noise[:, None]).reshape(int(free.sum()), -1)
+    scale = np.linalg.norm(rows, axis=1)  # columns of one size: the parameters have units
+    inverse = np.linalg.pinv((rows / scale[:, None]).T).reshape(len(rows), len(noise), blocks)
+    per_sample = np.tensordot(published[:, free] / scale, inverse, 1) / noise[:, None]
+    return Response(tuple(names), means(odd), means(even), means(slope), per_sample)
+
+
+def _free(fit: FitResult, coefficients: int, size: int) -> NDArray[np.bool_]:
+    """Which of the fit's own parameters were not held: phase, frequency, amplitude, coefficients, dipole, offsets."""
+    assert fit.fitted is not None
+    names = ["psi_start_rad", "f_nat_hz", "phi_max_rad", *(c.name for c in fit.fitted.model.coefficients), "m_r_am2"]
+    free = np.ones(size, dtype=bool)
+    for place, name in enumerate(names):
+        free[place] = not fit.is_fixed(name)
+    if fit.is_fixed("rodrigues_x"):
+        free[4 + coefficients : 7 + coefficients] = False
+    return free
+
+
+def turned_to_rodrigues(rodrigues: Array) -> Array:
+    """Derivative (3, 3) of a Rodrigues vector, rad, by a small rotation about the world axes, rad."""
+    from scipy.spatial.transform import Rotation
+
+    step = 1e-6
+    base = Rotation.from_rotvec(rodrigues)
+    columns = []
+    for axis in np.eye(3):
+        ends = [(Rotation.from_rotvec(sign * step * axis) * base).as_rotvec() for sign in (1.0, -1.0)]
+        near = [end - _turns(end, rodrigues) for end in ends]
+        columns.append((near[0] - near[1]) / (2.0 * step))
+    return np.stack(columns, axis=1)
+
+
+def _turns(vector: Array, reference: Array) -> Array:
+    """Whole turns by which a rotation vector is named otherwise than one beside it."""
+    angle = float(np.linalg.norm(vector))
+    if angle < math.pi / 2 or vector @ reference > 0.0:
+        return np.zeros(3)
+    return np.asarray(2.0 * math.pi * vector / angle)

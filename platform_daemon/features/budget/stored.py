@@ -1,0 +1,33 @@
+"""The budget of a stored recording, as a function of what can be sent to another process."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from platform_daemon.core.schemas.base import NamedWindow
+from platform_daemon.features.fit.fit_request import FitSettings
+from platform_daemon.features.fit.measurement import open_for_fit
+from platform_daemon.features.models.library import Library
+from platform_daemon.features.models.resolve import resolve
+
+from .schema import BudgetReport
+from .work import series_budgets, shot_budgets
+from .written import budget_report
+
+
+def stored_budget(
+    path: Path,
+    quantity: str,
+    shot: int | None,
+    coverage: float,
+    window: NamedWindow,
+    variant: str | None,
+    models: Library,
+) -> BudgetReport:
+    """Of a shot, or of the mean of all.  Raises InputError, RecordingError."""
+    measurement, ask = open_for_fit(path, FitSettings(resolve(variant, models), window))
+    if shot is None:
+        found = series_budgets(measurement, ask, coverage=coverage)
+    else:
+        found = shot_budgets(measurement, shot, ask, coverage=coverage)
+    return budget_report(found.of(quantity))

@@ -1,0 +1,335 @@
+"""The budgets of a fit and of a series."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, date, datetime
+from statistics import fmean
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.calibration import ReceiveCalibration
+from drivers.errors import InputError
+from drivers.uncertainty import DeclaredUncertainty
+from platform_daemon.core.schemas.fits import FrameFit
+from platform_daemon.estimation.parameters import RODRIGUES
+from platform_daemon.estimation.physics.mirror import on_one_branch
+from platform_daemon.estimation.result import FitResult
+from platform_daemon.features.fit.fit import fit_frame_of, frame_report
+from platform_daemon.features.fit.fit_request import FitRefused, FitRequest
+from platform_daemon.features.fit.known_moment import declared_specimen
+from platform_daemon.features.fit.measurement import Measurement, VoltageMeasurement
+from platform_daemon.features.fit.series.summary import on_the_circle, summary
+from platform_daemon.uncertainty.budget import Budget, NotDeclared, checked_coverage, combine
+from platform_daemon.uncertainty.inputs import InputQuantity, correlation_matrix
+from platform_daemon.uncertainty.monte_carlo import MonteCarloResult, monte_carlo
+
+from .declared import declared_in
+from .influences import Effect, Situation, effects_of
+from .response import response_of, turned_to_rodrigues
+
+Array = NDArray[np.float64]
+DISAGREE_SD = 2.0
+"""N50 and D30 disagree by more than their noise from here on: 5 % of right models are taken for wrong ones."""
+_CORRELATED = 2.0  # over sqrt(n): a lag-1 autocorrelation that white scatter exceeds in 2 % of series
+_NEGLIGIBLE = 1e-6  # of the combined u: a line that is left out
+
+
+@dataclass(frozen=True, eq=False)
+class ResultBudgets:
+    """Budgets of all parameters of one result.
+
+    Attributes:
+        budgets: in the order of the parameters; covariance: (m, m) of them, all influences included.
+        rotation: (3, 3) covariance of a small rotation of the rotor's frame about the world axes, rad^2; cone_rad: half
+            angle of a cone that contains a direction fixed to it, at the coverage; None: there is no orientation.
+        frames: that the result is made of; temperature_c: their mean, None: not measured.
+    """
+
+    budgets: tuple[Budget, ...]
+    covariance: Array
+    rotation: Array | None
+    cone_rad: float | None
+    frames: tuple[int, ...]
+    temperature_c: float | None
+
+    def of(self, quantity: str) -> Budget:
+        """Of one parameter.  Raises InputError for a name that is none of them."""
+        names = [each.quantity for each in self.budgets]
+        if quantity not in names:
+            raise InputError(f"the fit has no {quantity!r}", where="quantity", remedy=f"one of: {', '.join(names)}")
+        return self.budgets[names.index(quantity)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Statistics:
+    """What the fits themselves say: values (m,), their covariance by noise or scatter (m, m) with its name and degrees
+    of freedom; difference (m,): N50 minus D30, difference_std (m,); None: not known."""
+
+    names: tuple[str, ...]
+    values: Array
+    covariance: Array
+    name: str
+    source: str
+    dof: float
+    difference: Array | None
+    difference_std: Array | None
+
+
+def shot_budgets(
+    measurement: Measurement,
+    frame: int,
+    ask: FitRequest,
+    *,
+    fit: FitResult | None = None,
+    declared: DeclaredUncertainty | None = None,
+    coverage: float = 0.95,
+) -> ResultBudgets:
+    """The budgets of the fit of one frame.
+
+    fit: of that frame, None: it is made; declared: in the place of what the recording says.  Raises InputError for a
+    refused fit, a certificate that does not hold, or correlations that contradict each other.
+    """
+    checked_coverage(coverage)
+    used = fit or fit_frame_of(measurement, frame, ask)
+    if used.verdict != "good":
+        remedy = "name another shot"
+        raise FitRefused("the fit was refused", where=f"frame {frame}", why=used.reason or "", remedy=remedy)
+    names = tuple(used.parameters)
+    short = fit_frame_of(measurement, frame, replace(ask, window="n50")) if ask.window == "d30" else None
+    given = _situation(measurement, (frame,), frame, used, declared)
+    difference = std = None
+    if short is not None and short.verdict == "good":
+        difference, std = _differences(names, [frame_report(frame, used)], [frame_report(frame, short)])
+        std = np.hypot(std, _explained(given, _situation(measurement, (frame,), frame, short, declared)))
+    own = np.zeros((len(names), len(names)))
+    free = [names.index(name) for name in used.covariance_names]
+    own[np.ix_(free, free)] = used.covariance
+    values = np.array([each.value for each in used.parameters.values()])
+    told = _Statistics(names, values, own, "noise", "covariance of the fit", math.inf, difference, std)
+    return _budgets(given, told, (frame,), coverage)
+
+
+def series_budgets(
+    measurement: Measurement,
+    ask: FitRequest,
+    *,
+    frames: Sequence[int] | None = None,
+    declared: DeclaredUncertainty | None = None,
+    coverage: float = 0.95,
+) -> ResultBudgets:
+    """The budgets of the mean over a series: scatter becomes less with every shot, what all shots share does not.
+
+    frames: that are meant, None: all that can be used.  Raises InputError for fewer than two good fits, and as
+    `shot_budgets` does.
+    """
+    checked_coverage(coverage)
+    usable = [k for k in frames or range(measurement.frames) if measurement.excuse(k) is None]
+    results = {k: fit_frame_of(measurement, k, ask) for k in usable}
+    good = [k for k, fit in results.items() if fit.verdict == "good"]
+    if len(good) < 2:
+        what = f"{len(good)} of {measurement.frames} frames have a good fit, and a scatter needs two"
+        raise InputError(what, where=str(measurement.path), remedy="ask for one shot, or record more")
+    reports = [frame_report(k, results[k]) for k in good]
+    middle = good[len(good) // 2]
+    given = _situation(measurement, good, middle, results[middle], declared)
+    told = _scatter(measurement, reports, given)
+    if ask.window == "d30":
+        short = {k: fit_frame_of(measurement, k, replace(ask, window="n50")) for k in good}
+        both = [k for k in good if short[k].verdict == "good"]
+        if both:
+            long_reports = [report for report in reports if report.frame in both]
+            found = _differences(given.names, long_reports, [frame_report(k, short[k]) for k in both])
+            std = found[1]
+            if middle in both:
+                std = np.hypot(std, _explained(given, _situation(measurement, good, middle, short[middle], declared)))
+            told = replace(told, difference=found[0], difference_std=std)
+    return _budgets(given, told, tuple(good), coverage)
+
+
+def monte_carlo_of(budget: Budget, trials: int | None, *, seed: int = 0) -> MonteCarloResult:
+    """Draw the inputs of a budget through its linear model, by their distributions; trials None: as many as needed."""
+    lines = budget.contributions
+    estimates = [line.input.value for line in lines]
+
+    def model(*drawn: Array) -> Array:
+        parts = (line.sensitivity * (x - at) for line, x, at in zip(lines, drawn, estimates, strict=True))
+        return np.asarray(budget.value + sum(parts))
+
+    between = {(one, other): r for one, other, r in budget.correlations}
+    inputs = [line.input for line in lines]
+    return monte_carlo(
+        model, inputs, between, coverage=budget.coverage, trials=trials, seed=seed, quantity=budget.quantity
+    )
+
+
+def _situation(
+    measurement: Measurement, frames: Sequence[int], frame: int, fit: FitResult, declared: DeclaredUncertainty | None
+) -> Situation:
+    recording = measurement.recording if isinstance(measurement, VoltageMeasurement) else None
+    record = measurement.signal(frame).record
+    said, day = DeclaredUncertainty(), datetime.now(UTC).date()
+    if recording is not None and recording.provenance is not None:
+        said = declared_in(recording)
+        day = date.fromisoformat(recording.provenance.start_time[:10])
+    calibrated = record.quantity == "dmdt"  # by whatever, of arrays: axes stand for its channels
+    temperatures = [t for k in frames if (t := measurement.conditions(k).temperature_c) is not None]
+    return Situation(
+        fit=fit,
+        response=response_of(fit, record) if calibrated else None,
+        calibration=measurement.calibration or (ReceiveCalibration(np.eye(3)) if calibrated else None),
+        specimen=None if recording is None or recording.provenance is None else declared_specimen(recording),
+        declared=said.under(declared),
+        measured=day,
+        temperature_c=fmean(temperatures) if temperatures else None,
+    )
+
+
+def _scatter(measurement: Measurement, reports: Sequence[FrameFit], given: Situation) -> _Statistics:
+    """Mean and covariance of the mean, which belongs to the mean temperature: what the thermometer explains of the
+    scatter, at declared coefficients, is taken out."""
+    names, n = given.names, len(reports)
+    means = summary(reports)
+    deviations = _deviations(names, [report.values for report in reports])
+    temperatures = [measurement.conditions(report.frame).temperature_c for report in reports]
+    said = ""
+    if all(t is not None for t in temperatures):
+        known = np.array(temperatures, float)
+        slopes = np.array([given.declared.temperature_coefficient_per_k.get(name, 0.0) for name in names])
+        if slopes.any():
+            deviations = deviations - np.outer(known - known.mean(), slopes)
+            said = " at their mean temperature"
+    covariance = deviations.T @ deviations / (n - 1)
+    counts = np.array([_independent(column) for column in deviations.T])
+    count = np.sqrt(np.outer(counts, counts))
+    values = np.array([means[name].mean for name in names])
+    fewest = float(counts.min())
+    source = f"mean of {n} shots{said}"
+    if fewest < n - 0.5:
+        source += f", of which neighbours are alike: as {fewest:.1f} independent ones where that is strongest"
+    return _Statistics(names, values, covariance / count, "scatter", source, max(1.0, fewest - 1.0), None, None)
+
+
+def _independent(deviations: Array) -> float:
+    """How many independent shots have a mean as uncertain: n (1 - r) / (1 + r) for a lag-1 autocorrelation r."""
+    n, power = len(deviations), float(deviations @ deviations)
+    if power == 0.0:
+        return float(n)
+    r = float(deviations[1:] @ deviations[:-1]) / power
+    return float(n) if r < _CORRELATED / math.sqrt(n) else max(2.0, n * (1.0 - r) / (1.0 + r))
+
+
+def _deviations(names: Sequence[str], rows: Sequence[dict[str, float]]) -> Array:
+    """From the mean, (n, m), on one of the mirror images that a ring-down cannot tell apart."""
+    folded, _ = on_one_branch(rows)
+    columns = []
+    for name in names:
+        values = [row[name] for row in folded]
+        if name == "psi_start_rad":
+            _, values = on_the_circle(values)
+        columns.append(np.array(values) - fmean(values))
+    return np.stack(columns, axis=1)
+
+
+def _differences(names: Sequence[str], long: Sequence[FrameFit], short: Sequence[FrameFit]) -> tuple[Array, Array]:
+    """Mean of N50 minus D30, and its standard deviation.
+
+    The longer window contains the shorter one: of an efficient estimator the variance of the difference is the
+    difference of the variances (Hausman, Econometrica 46 (1978) 1251).
+    """
+    folded, _ = on_one_branch([*(each.values for each in long), *(each.values for each in short)])
+    n = len(long)
+    rows = [[b[name] - a[name] for name in names] for a, b in zip(folded[:n], folded[n:], strict=True)]
+    found = np.array(rows)
+    if "psi_start_rad" in names:
+        k = names.index("psi_start_rad")
+        found[:, k] = np.remainder(found[:, k] + math.pi, 2.0 * math.pi) - math.pi
+    variances = [
+        [(b.parameters[name].std or 0.0) ** 2 - (a.parameters[name].std or 0.0) ** 2 for name in names]
+        for a, b in zip(long, short, strict=True)
+    ]
+    own = np.sqrt(np.maximum(np.mean(variances, axis=0), 0.0) / n)
+    return found.mean(axis=0), own
+
+
+def _explained(long: Situation, short: Situation) -> Array:
+    """Standard deviation, (m,), of N50 minus D30 by what is declared: an error of a gain moves the two differently."""
+    pairs = zip(effects_of(long), effects_of(short), strict=True)
+    parts = [(b.effects - a.effects) * a.known.u for a, b in pairs if a.known is not None]
+    return np.sqrt(np.sum(np.square(parts), axis=0)) if parts else np.zeros(len(long.names))
+
+
+def _budgets(given: Situation, told: _Statistics, frames: tuple[int, ...], coverage: float) -> ResultBudgets:
+    effects = effects_of(given)
+    known = [each for each in effects if each.known is not None]
+    between = {each.between: each.r for each in given.declared.correlation}
+    matrix = correlation_matrix([each.known for each in known if each.known is not None], between)
+    budgets = tuple(_budget(k, told, effects, between, coverage) for k in range(len(told.names)))
+    sizes = np.array([each.effects * (each.known.u if each.known else 0.0) for each in known]).reshape(
+        len(known), len(told.names)
+    )
+    covariance = told.covariance + sizes.T @ matrix @ sizes + np.diag(_model_u(told) ** 2)
+    rotation = cone = None
+    if RODRIGUES[0] in told.names:
+        places = [told.names.index(name) for name in RODRIGUES]
+        back = np.linalg.inv(turned_to_rodrigues(told.values[places]))
+        rotation = back @ covariance[np.ix_(places, places)] @ back.T
+        cone = math.sqrt(-2.0 * math.log(1.0 - coverage) * float(np.linalg.eigvalsh(rotation)[-1]))  # chi^2 of two
+    return ResultBudgets(budgets, covariance, rotation, cone, frames, given.temperature_c)
+
+
+def _model_u(told: _Statistics) -> Array:
+    """Standard uncertainty by the disagreement of N50 and D30: the truth may lie between or as far beyond D30."""
+    if told.difference is None or told.difference_std is None:
+        return np.zeros(len(told.names))
+    seen = np.abs(told.difference) > DISAGREE_SD * told.difference_std
+    return np.where(seen, np.abs(told.difference) / math.sqrt(3.0), 0.0)
+
+
+def _budget(
+    k: int, told: _Statistics, effects: Sequence[Effect], between: dict[tuple[str, str], float], coverage: float
+) -> Budget:
+    quantity, value = told.names[k], float(told.values[k])
+    lines: list[tuple[InputQuantity, float]] = []
+    missing: list[NotDeclared] = []
+    if (u := math.sqrt(told.covariance[k, k])) > 0.0:
+        lines.append((InputQuantity(name=told.name, value=value, u=u, kind="A", dof=told.dof, source=told.source), 1.0))
+    _add_model(k, told, lines, missing)
+    for each in effects:
+        effect = float(each.effects[k])
+        if each.known is not None and effect != 0.0:
+            lines.append((each.known, effect))
+    total = math.sqrt(sum((c * x.u) ** 2 for x, c in lines))
+    missing += _undeclared(k, effects, _NEGLIGIBLE * total)
+    paired = {name for pair in between for name in pair}
+    kept = [(x, c) for x, c in lines if abs(c) * x.u > _NEGLIGIBLE * total or x.name in paired]
+    inputs, names = [x for x, _ in kept], {x.name for x, _ in kept}
+    own = {pair: r for pair, r in between.items() if set(pair) <= names}
+    slopes = np.array([c for _, c in kept])
+    return combine(quantity, value, inputs, slopes, own, coverage=coverage, not_declared=missing)
+
+
+def _undeclared(k: int, effects: Sequence[Effect], least: float) -> list[NotDeclared]:
+    """What nobody has declared, those of one kind together, as independent; what adds less than `least` is none."""
+    squares: dict[str, float] = {}
+    for each in effects:
+        if each.known is None:
+            name = f"{each.kind or each.name}, per {each.unit_text}"
+            squares[name] = squares.get(name, 0.0) + (float(each.effects[k]) * each.unit) ** 2
+    return [NotDeclared(name, math.sqrt(square)) for name, square in squares.items() if not math.sqrt(square) <= least]
+
+
+def _add_model(k: int, told: _Statistics, lines: list[tuple[InputQuantity, float]], missing: list[NotDeclared]) -> None:
+    if told.difference is None or told.difference_std is None:
+        missing.append(NotDeclared("model (it is seen where D30 and N50 are both fitted), per its own error", 1.0))
+        return
+    difference, std = float(told.difference[k]), float(told.difference_std[k])
+    if (u := float(_model_u(told)[k])) > 0.0:
+        source = f"N50 minus D30 is {difference:.3g}, its noise {std:.2g}"
+        lines.append((InputQuantity(name="model", value=0.0, u=u, distribution="rectangular", source=source), 1.0))
+    elif std > 0.0:
+        said = f"N50 and D30 agree within their noise of {std:.2g}"
+        missing.append(NotDeclared(f"model ({said}), per its own error", 1.0))

@@ -1,0 +1,90 @@
+"""Budgets as they are written: from the library's form to that of REST, files and the command line."""
+
+from __future__ import annotations
+
+import math
+
+from platform_daemon.core.schemas.fits import Covariance
+from platform_daemon.uncertainty.budget import Budget
+from platform_daemon.uncertainty.monte_carlo import MonteCarloResult, check_law_of_propagation
+
+from .schema import (
+    BudgetLine,
+    BudgetReport,
+    BudgetsReport,
+    DirectionReport,
+    InputCorrelation,
+    MonteCarloCheck,
+    UndeclaredInfluence,
+)
+from .work import Array, ResultBudgets
+
+
+def budget_report(budget: Budget, drawn: MonteCarloResult | None = None) -> BudgetReport:
+    """The budget as it is written."""
+    return BudgetReport(
+        quantity=budget.quantity,
+        value=budget.value,
+        u=budget.u,
+        dof=None if math.isinf(budget.dof) else budget.dof,
+        k=budget.k,
+        U=budget.expanded,
+        coverage=budget.coverage,
+        inputs=tuple(
+            BudgetLine(
+                name=line.input.name,
+                value=line.input.value,
+                u=line.input.u,
+                type=line.input.kind,
+                distribution=line.input.distribution,
+                dof=None if math.isinf(line.input.dof) else line.input.dof,
+                sensitivity=line.sensitivity,
+                contribution=line.contribution,
+                source=line.input.source,
+            )
+            for line in budget.by_contribution()
+        ),
+        correlations=tuple(InputCorrelation(between=(one, other), r=r) for one, other, r in budget.correlations),
+        not_declared=tuple(
+            UndeclaredInfluence(
+                name=each.name,
+                would_add_per_unit=None if math.isnan(each.would_add_per_unit) else each.would_add_per_unit,
+            )
+            for each in budget.not_declared
+        ),
+        monte_carlo=None if drawn is None else _check(budget, drawn),
+    )
+
+
+def _check(budget: Budget, drawn: MonteCarloResult) -> MonteCarloCheck:
+    checked = check_law_of_propagation(budget, drawn)
+    return MonteCarloCheck(
+        trials=drawn.trials,
+        value=drawn.value,
+        u=drawn.u,
+        low=drawn.low,
+        high=drawn.high,
+        tolerance=drawn.tolerance,
+        law_of_propagation_holds=checked.holds,
+        conclusive=checked.conclusive,
+    )
+
+
+def budgets_report(found: ResultBudgets, file: str) -> BudgetsReport:
+    """All budgets of a result as they are written."""
+    direction = None
+    if found.rotation is not None and found.cone_rad is not None:
+        direction = DirectionReport(covariance_rad2=_rows(found.rotation), cone_rad=found.cone_rad)
+    names = tuple(each.quantity for each in found.budgets)
+    return BudgetsReport(
+        file=file,
+        frames=found.frames,
+        temperature_c=found.temperature_c,
+        budgets=tuple(map(budget_report, found.budgets)),
+        covariance=Covariance(parameters=names, matrix=_rows(found.covariance)),
+        direction=direction,
+    )
+
+
+def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(tuple, matrix.tolist()))
