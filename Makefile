@@ -44,6 +44,8 @@ test: install
 
 # The tests that `make test` has no time for: daemons that die and start, short campaigns, long diagnoses.
 test-long: install
+	@command -v octave-cli > /dev/null || { apt-get update -qq && apt-get install -y -qq --no-install-recommends octave; } \
+		|| echo 'Octave could not be installed: the page of other languages will not be walked' >&2
 	$(BIN)/pytest -m long -n 3
 
 # Latencies beside a crowd: needs a machine that does nothing else.

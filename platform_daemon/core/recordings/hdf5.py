@@ -119,7 +119,7 @@ def _not_hdf5(path: Path, error: Exception) -> RecordingError:
     if signed:
         what = "the HDF5 file is truncated or damaged"
         return RecordingError(what, where=str(path), why=_first_line(error), remedy=ANOTHER_COPY)
-    remedy = "name a recording (.mmr or .h5); text and NumPy files are not read"
+    remedy = "name a recording (.mmr or .h5); a table needs its own suffix, as .csv or .npz"
     return RecordingError("not an HDF5 file", where=str(path), why="The HDF5 signature is missing", remedy=remedy)
 
 

@@ -23,13 +23,15 @@ from platform_daemon.features.models.options import variant_named
 
 
 def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -> None:
-    """Show what a recording contains."""
+    """Show what a recording contains, or a table of volts or dm/dt."""
+    from platform_daemon.core.recordings.column_file import is_column_file
     from platform_daemon.core.recordings.description import describe
     from platform_daemon.core.recordings.reader import open_recording
+    from platform_daemon.features.fit.measurement import open_voltages
 
     from .report import print_recording
 
-    recording = open_recording(file)
+    recording = open_voltages(file).recording if is_column_file(file) else open_recording(file)
     say_note(file, recording.other_layout)
     facts = describe(recording)
     must_not_exist(json_file, force, ".json")

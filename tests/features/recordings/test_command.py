@@ -67,3 +67,11 @@ def test_an_interactive_plot_is_opened_in_the_browser_where_there_is_a_screen(tm
     monkeypatch.setenv("DISPLAY", ":0")
     ring_down_page.open_in_browser(tmp_path / "page.html")
     assert opened == [(tmp_path / "page.html").as_uri()]
+
+
+def test_info_of_a_table_says_what_it_holds(tmp_path):
+    rows = [f"{k / 1000},{(-1) ** k},0.5" for k in range(2000)]
+    (tmp_path / "own.csv").write_text("\n".join(["t [s],u1 (mV),u2 (mV)", *rows]))
+    text = here("info", tmp_path / "own.csv").stdout
+    assert "1000 Hz" in text
+    assert "2000 │ 2000" in text
