@@ -48,6 +48,8 @@ def draw_trend(report: TrendReport) -> Figure:
     locator = AutoDateLocator()
     panels[-1, 0].xaxis.set_major_locator(locator)
     panels[-1, 0].xaxis.set_major_formatter(ConciseDateFormatter(locator))
+    if any(point.clock == "simulated" for point in report.points):
+        panels[-1, 0].set_xlabel("simulated time", fontsize=8)
     return figure
 
 
