@@ -43,9 +43,8 @@ def run_hardware(options: ServeOptions, parent: ParentLink) -> None:
     file = load_platform(options.platform, options.overrides, options.endpoints)
     if not parent.wait_to_go():
         return
-    folder = open_data_folder(options.data)
+    folder = open_data_folder(options.data, lambda: keep_log(options.data / LOGS, "hardware"))
     parent.end_with_parent()
-    keep_log(options.data / LOGS, "hardware")
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, TunedPresets(folder.presets))
     records = JobRecords(folder.state)
     if not options.respawned:  # one that is started again must come up whatever the file is like: a stop needs it

@@ -119,17 +119,24 @@ class SpecimenHandle:
         """What is known of it: recordings, resonators, calibrations, models, changes.  Raises NotFound."""
         return self._transport.get(SpecimenPage, "get_specimen", specimen=self.name)
 
-    def trend(self, *, since: str | None = None, until: str | None = None) -> TrendReport:
-        """Its quantities over time, and the changes in them; since, until: ISO 8601, None: all."""
-        return self._transport.get(TrendReport, "get_trend", _times(since, until), specimen=self.name)
+    def trend(self, *, since: str | None = None, until: str | None = None, step: str | None = None) -> TrendReport:
+        """Its quantities over time, and the changes in them.
 
-    def trend_table(self, *, since: str | None = None, until: str | None = None) -> str:
+        since, until: ISO 8601, None: all; step: number or name of a step of procedures, None: the last one.
+        """
+        query = {"since": since, "until": until, "step": step}
+        return self._transport.get(TrendReport, "get_trend", query, specimen=self.name)
+
+    def trend_table(self, *, since: str | None = None, until: str | None = None, step: str | None = None) -> str:
         """The same as a table in CSV."""
-        return (self._transport.send("get_trend_table", query=_times(since, until), specimen=self.name)).text
+        query = {"since": since, "until": until, "step": step}
+        return (self._transport.send("get_trend_table", query=query, specimen=self.name)).text
 
-    def trend_picture(self, path: str | Path | None = None, *, since: str | None = None) -> bytes:
+    def trend_picture(
+        self, path: str | Path | None = None, *, since: str | None = None, step: str | None = None
+    ) -> bytes:
         """The same as a PNG, also written to `path`."""
-        query = _times(since, None)
+        query = {"since": since, "step": step}
         picture = (self._transport.send("get_trend_picture", query=query, specimen=self.name)).content
         if path is not None:
             Path(path).write_bytes(picture)
@@ -140,10 +147,6 @@ class SpecimenHandle:
         values = {"by": by, "reason": reason, **({} if since is None else {"since": since})}
         body = request_from(BaselineRequest, values, "accept")
         return self._transport.post(Baseline, "accept_specimen", body, specimen=self.name)
-
-
-def _times(since: str | None, until: str | None) -> dict[str, str | None]:
-    return {"since": since, "until": until}
 
 
 class Specimens:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,11 +56,12 @@ def is_data_folder(folder: Path) -> bool:
     return (folder / LOCK).exists()
 
 
-def open_data_folder(folder: Path) -> DataFolder:
+def open_data_folder(folder: Path, locked: Callable[[], None] = lambda: None) -> DataFolder:
     """The paths of a data folder, whose folders are made if missing.
 
     Series that a crash left behind are assembled, and files of earlier versions are imported.  A daemon there that has
-    lost its parent is waited for.  Raises InputError if another one works in this folder,
+    lost its parent is waited for.  locked: called once the folder is this process's, before anything in it is changed,
+    so that the log can be kept of what is put together.  Raises InputError if another one works in this folder,
     StorageUnusable if it cannot be made or written to.
     """
     try:
@@ -70,6 +72,7 @@ def open_data_folder(folder: Path) -> DataFolder:
         why = error.strerror or str(error)
         remedy = "free or repair the disk, or give another --data folder, which this account may write to"
         raise StorageUnusable("the data folder cannot be used", where=str(folder), why=why, remedy=remedy) from None
+    locked()
     import_earlier_files(folder)
     made = data_paths(folder, lock)
     sweep([folder, *(folder / name for name in _NAMES)])

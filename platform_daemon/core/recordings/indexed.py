@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from platform_daemon.core.schemas.base import ClockKind
+
 from .index import Entry
 
 
@@ -45,8 +47,8 @@ class IndexedRecording:
     begun: ISO 8601; specimen: name of the sample; frames, good: all of them, and those that may be used; calibration:
     name of the receive calibration; fit: name of the on-line fits that the shots are from, None: it has none;
     resonator: its name; tags: words of the comment that begin with #, without it, in small letters; points: of its
-    trend; step: of a procedure the one that the points are of, in words, "": it is of no procedure; listed: what a list
-    says of it, None: where it comes from the index.
+    trend; step: of a procedure the one that the points are of, in words, "": it is of no procedure; clock: that its
+    times go by, None: the file does not say; listed: what a list says of it, None: where it comes from the index.
     """
 
     identifier: str
@@ -59,6 +61,7 @@ class IndexedRecording:
     fit: str | None
     resonator: str = ""
     step: str = ""
+    clock: ClockKind | None = None
     tags: frozenset[str] = frozenset()
     points: Sequence[IndexedPoint] = field(default_factory=tuple)
     listed: Entry | None = None

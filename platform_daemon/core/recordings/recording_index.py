@@ -27,11 +27,11 @@ from .indexed import IndexedPoint, IndexedRecording, IndexedShot, IndexedSummary
 INDEX = ".index.db"
 """Name of the file in the folder of the recordings; no recording has such a name."""
 log = structlog.get_logger()
-_COLUMNS = "identifier, begun, specimen, operator, frames, good, calibration, fit, resonator, step"
+_COLUMNS = "identifier, begun, specimen, operator, frames, good, calibration, fit, resonator, step, clock"
 _TABLES = """
 CREATE TABLE recordings (identifier TEXT PRIMARY KEY, file TEXT NOT NULL, size INTEGER NOT NULL,
     modified INTEGER NOT NULL, error TEXT, begun TEXT, specimen TEXT, operator TEXT, frames INTEGER, good INTEGER,
-    calibration TEXT, fit TEXT, resonator TEXT, step TEXT, listed TEXT);
+    calibration TEXT, fit TEXT, resonator TEXT, step TEXT, clock TEXT, listed TEXT);
 CREATE INDEX by_specimen ON recordings (specimen, begun);
 CREATE TABLE tags (recording TEXT NOT NULL, tag TEXT NOT NULL, PRIMARY KEY (recording, tag)) WITHOUT ROWID;
 CREATE TABLE shots (recording TEXT NOT NULL, frame INTEGER NOT NULL, at TEXT NOT NULL, temperature REAL, field REAL,
@@ -72,7 +72,7 @@ class RecordingIndex:
         schema = Schema(
             title="the index of the recordings",
             application_id=0x4D4D5249,  # "MMRI"
-            version=7,
+            version=8,
             create=self._create,
             when_damaged=WhenDamaged.DELETE,
             remedy="free or repair the disk, then platform-daemon index rebuild; no recording is lost",
@@ -151,13 +151,13 @@ class RecordingIndex:
                 known = "UPDATE recordings SET modified = ? WHERE identifier = ? AND begun IS NOT NULL"
                 if sql.execute(known, (_NEVER_NS, name)).rowcount:
                     return True
-        row: tuple[object, ...] = (name, *facts, error, *(None,) * 10)
+        row: tuple[object, ...] = (name, *facts, error, *(None,) * 11)
         if found is not None:
             said = (found.begun, found.specimen, found.operator, found.frames, found.good, found.calibration, found.fit)
-            row = (name, *facts, error, *said, found.resonator, found.step, _listed(found))
+            row = (name, *facts, error, *said, found.resonator, found.step, found.clock, _listed(found))
         with self._file.transaction() as sql:
             _remove(sql, name)
-            sql.execute(f"INSERT INTO recordings VALUES ({', '.join('?' * 15)})", row)
+            sql.execute(f"INSERT INTO recordings VALUES ({', '.join('?' * 16)})", row)
             if found is not None:
                 _insert(sql, found, shots)
         return in_use

@@ -32,6 +32,13 @@ def png_of(figure: Figure, dpi: int) -> bytes:
     return buffer.getvalue()
 
 
+def as_written(name: str) -> str:
+    """A label that shows a person's text as it is: matplotlib sets what stands between two `$` as mathematics, and
+    leaves a label that begins with `_` out of the legend."""
+    shown = name.replace("$", r"\$")
+    return f" {shown}" if shown.startswith("_") else shown
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Of this size in inches."""
     figure = Figure(figsize=(width, height), layout="constrained")

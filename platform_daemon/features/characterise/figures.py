@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from platform_daemon.core.reporting.figures import COLOURS, new_figure
+from platform_daemon.core.reporting.figures import COLOURS, as_written, new_figure
 from platform_daemon.core.schemas.derived import EnvelopesReport
 from platform_daemon.core.schemas.fits import FitReport
 from platform_daemon.core.schemas.parameters import definition_of
@@ -36,7 +36,7 @@ def draw_fit(shot: RingDownPlotData, duration_s: float) -> Figure:
     measured, model = shot.measured[c, :n], shot.model[c, :n]
     figure = new_figure(11, 6.5)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(4, 1))
-    above.set_title(f"{shot.title}, {shot.channels[c]} channel", fontsize=10)
+    above.set_title(as_written(f"{shot.title}, {shot.channels[c]} channel"), fontsize=10)
     _band(above, measured, rate, _MEASURED, "measured")
     _band(above, model, rate, _MODEL, "model, D30 fit")
     highest = float(np.max(np.abs(measured)))

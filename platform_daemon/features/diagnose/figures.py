@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from platform_daemon.core.reporting.figures import AFTER, BEFORE, new_figure
+from platform_daemon.core.reporting.figures import AFTER, BEFORE, as_written, new_figure
 from platform_daemon.core.schemas.parameters import definition_of
 from platform_daemon.diagnosis.findings.residual_analysis import HARMONICS, HarmonicCourse, ResidualAnalysis, Scatter
 from platform_daemon.diagnosis.report_schema import MissingTorqueMap
@@ -40,7 +40,7 @@ def draw_residual(pair: Pair, unit: str) -> Figure:
     names = channel_names(pair[0].sd.size, unit)
     figure = new_figure(11, 1.7 * len(names) + 1.3)
     rows = figure.subplots(len(names), 2, sharex=True, sharey="row", squeeze=False)
-    figure.suptitle(f"{pair[0].name}: residual over noise; dark: below 6.5 fundamentals", fontsize=11)
+    figure.suptitle(f"{as_written(pair[0].name)}: residual over noise; dark: below 6.5 fundamentals", fontsize=11)
     for c, name in enumerate(names):
         for axes, one, (side, colour) in zip(rows[c], pair, _SIDES, strict=True):
             _band_in_time(axes, one, c, colour)
@@ -74,7 +74,9 @@ def draw_spectra(pair: Pair, unit: str, f_nat_hz: float) -> Figure:
     names = channel_names(pair[0].sd.size, unit)
     figure = new_figure(11, 2.3 * len(names) + 0.6)
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    figure.suptitle(f"{pair[0].name}: spectrum of the residual; dots: lines; dotted: multiples of f_nat", fontsize=11)
+    figure.suptitle(
+        f"{as_written(pair[0].name)}: spectrum of the residual; dots: lines; dotted: multiples of f_nat", fontsize=11
+    )
     for c, (axes, name) in enumerate(zip(panels, names, strict=True)):
         for one, (side, colour) in zip(pair, _SIDES, strict=True):
             frequency, top = _peaks(one.spectrum.frequency_hz, one.spectrum.amplitude[c], 8.5 * f_nat_hz)
@@ -112,7 +114,9 @@ def draw_harmonics(before: HarmonicCourse, after: HarmonicCourse, unit: str, nam
     """Harmonics 1 .. 5 of the residual: a row per local axis; against amplitude before, after; against time."""
     figure = new_figure(12, 2.5 * len(before.axes) + 0.8)
     rows = figure.subplots(len(before.axes), 4, sharey="row", squeeze=False)
-    figure.suptitle(f"{name}: harmonics of the residual in the local frame; grey: 95 % of noise alone", fontsize=11)
+    figure.suptitle(
+        f"{as_written(name)}: harmonics of the residual in the local frame; grey: 95 % of noise alone", fontsize=11
+    )
     for a, axis in enumerate(before.axes):
         for axes, course, side, by in zip(
             rows[a],
@@ -149,7 +153,7 @@ def draw_sliding_pair(pair: SlidingComparison) -> Figure:
     figure = new_figure(11, 1.7 * (len(names) + 1) + 0.8)
     panels = figure.subplots(len(names) + 1, 1, sharex=True, squeeze=False)[:, 0]
     figure.suptitle(
-        f"{pair.shot}: fits of windows of {before.window_s:.3g} s, the effects' strengths held", fontsize=11
+        f"{as_written(pair.shot)}: fits of windows of {before.window_s:.3g} s, the effects' strengths held", fontsize=11
     )
     for axes, constant in zip(panels, names, strict=False):
         texts = []

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from platform_daemon.core.reporting.figures import COLOURS, png_of, save_figure
+from platform_daemon.core.reporting.figures import COLOURS, as_written, png_of, save_figure
 from platform_daemon.core.reporting.numbers import estimates_text
 from platform_daemon.estimation.result import FitResult
 
@@ -32,7 +32,7 @@ def draw(picture: RingDownPlotData) -> Figure:
     top = 0.985 - _LINE * (title.count("\n") + 1)
     places = {"left": 0.08, "right": 0.985, "bottom": 0.055, "top": top, "hspace": 0.32}
     whole, zoom, rest, spectrum = figure.subplots(4, 1, height_ratios=(3, 3, 2, 3), gridspec_kw=places)
-    figure.suptitle(title, y=0.99, fontsize=11)
+    figure.suptitle(as_written(title), y=0.99, fontsize=11)
     _whole(whole, picture)
     _zoom(zoom, picture)
     _residual(rest, picture)
@@ -79,7 +79,7 @@ def _whole(axes: Axes, p: RingDownPlotData) -> None:
     size, low, high = min_max_decimate(p.measured, buckets(p.measured, p.sampling_rate_hz))
     t = _time(low.shape[1], p.sampling_rate_hz / size)
     for c, name in enumerate(p.channels):
-        axes.fill_between(t, low[c], high[c], color=COLOURS[c % 3], alpha=0.75, lw=0.3, label=name)
+        axes.fill_between(t, low[c], high[c], color=COLOURS[c % 3], alpha=0.75, lw=0.3, label=as_written(name))
     if p.fit.window_s is not None:
         axes.axvline(p.fit.window_s, color="k", ls="--", lw=0.8)
         axes.annotate(
@@ -97,7 +97,7 @@ def _zoom(axes: Axes, p: RingDownPlotData) -> None:
     n = min(p.measured.shape[1], round(0.025 * p.sampling_rate_hz))
     t = _time(n, p.sampling_rate_hz) * 1e3
     for c, name in enumerate(p.channels):
-        axes.plot(t, p.measured[c, :n], ".", ms=2, color=COLOURS[c % 3], label=f"{name} measured")
+        axes.plot(t, p.measured[c, :n], ".", ms=2, color=COLOURS[c % 3], label=as_written(f"{name} measured"))
         if p.model is not None:
             axes.plot(t, p.model[c, :n], lw=0.9, color="k", label="model" if c == 0 else None)
     axes.set(ylabel=p.unit, xlabel="time / ms")
@@ -130,7 +130,7 @@ def _spectrum(axes: Axes, p: RingDownPlotData) -> None:
     shown = (f > 20) & (f < 2500)
     for c, name in enumerate(p.channels):
         lines = np.abs(np.fft.rfft(p.measured[c, :n] * window)) * 2 / window.sum()
-        axes.semilogy(f[shown], lines[shown], color=COLOURS[c % 3], lw=0.7, label=name)
+        axes.semilogy(f[shown], lines[shown], color=COLOURS[c % 3], lw=0.7, label=as_written(name))
         if p.model is not None:
             rest = np.abs(np.fft.rfft((p.measured[c, :n] - p.model[c, :n]) * window)) * 2 / window.sum()
             axes.semilogy(f[shown], rest[shown], color=COLOURS[c % 3], lw=0.4, alpha=0.4)

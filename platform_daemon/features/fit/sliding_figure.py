@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from platform_daemon.core.reporting.figures import COLOURS, save_figure
+from platform_daemon.core.reporting.figures import COLOURS, as_written, save_figure
 from platform_daemon.core.schemas.parameters import definition_of
 from platform_daemon.estimation.sliding_window import SlidingFit
 
@@ -27,7 +27,8 @@ def draw_sliding(found: SlidingFit, title: str) -> Figure:
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(names) + 1, 1, sharex=True, squeeze=False)[:, 0]
     step = "" if found.step_s == found.window_s else f", every {found.step_s:.3g} s"
-    figure.suptitle(f"{title}\nwindows of {found.window_s:.3g} s{step}; grey: refused", fontsize=11)
+    title = as_written(f"{title}\nwindows of {found.window_s:.3g} s{step}; grey: refused")
+    figure.suptitle(title, fontsize=11)
     for axes, name in zip(panels, names, strict=False):
         _constant(axes, found, name)
     _amplitude(panels[-1], found)

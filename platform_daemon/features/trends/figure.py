@@ -11,7 +11,7 @@ from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from platform_daemon.core.reporting.figures import COLOURS, new_figure, png_of, save_figure
+from platform_daemon.core.reporting.figures import COLOURS, as_written, new_figure, png_of, save_figure
 from platform_daemon.core.schemas.parameters import definition_of
 
 from .schema import TrendChart, TrendReport
@@ -38,7 +38,8 @@ def draw_trend(report: TrendReport) -> Figure:
     figure = new_figure(11, _ROW_INCHES * rows + 1.0)
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False, width_ratios=(3, 2))
     times = np.array([_day(point.at) for point in report.points])
-    figure.suptitle(f"{report.specimen}: {sum(point.shots for point in report.points)} shots", fontsize=11)
+    shots = sum(point.shots for point in report.points)
+    figure.suptitle(f"{as_written(report.specimen)}: {shots} shots", fontsize=11)
     for (left, right), chart in zip(panels, report.charts, strict=False):
         _values(left, times, chart)
         _chart(right, times, chart)
@@ -48,6 +49,8 @@ def draw_trend(report: TrendReport) -> Figure:
     locator = AutoDateLocator()
     panels[-1, 0].xaxis.set_major_locator(locator)
     panels[-1, 0].xaxis.set_major_formatter(ConciseDateFormatter(locator))
+    if any(point.clock == "simulated" for point in report.points):
+        panels[-1, 0].set_xlabel("simulated time", fontsize=8)
     return figure
 
 
@@ -87,7 +90,7 @@ def _changes(panels: tuple[Axes, Axes], report: TrendReport, chart: TrendChart) 
 def _label(quantity: str) -> str:
     """As people read it; noise_CHANNEL_v and nrmse are no parameters."""
     if quantity.startswith("noise_"):
-        return f"noise of {quantity.split('_')[1]} / V"
+        return f"noise of {as_written(quantity.removeprefix('noise_').removesuffix('_v'))} / V"
     return "nRMSE" if quantity == "nrmse" else definition_of(quantity).axis_label
 
 

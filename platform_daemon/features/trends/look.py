@@ -57,6 +57,7 @@ def look_at_recording(path: Path) -> tuple[IndexedRecording, Sequence[IndexedSho
         tags=tags_in(p.comment),
         points=points_in(charted),
         step="" if taken is None else str(taken[0]),
+        clock=p.clock,
         listed=entry_of(recording),
     )
     return found, shots

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from platform_daemon.core.recordings.indexed import IndexedPoint, IndexedRecording, IndexedShot
+from platform_daemon.core.schemas.base import ClockKind
 from platform_daemon.core.schemas.parameters import PARAMETERS
 from platform_daemon.estimation.parameters import RODRIGUES
 
@@ -30,7 +31,8 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Point:
-    """at: ISO 8601, of the first shot; values: means over `shots` shots; temperature_c: mean, NaN: not measured."""
+    """at: ISO 8601, of the first shot; values: means over `shots` shots; temperature_c: mean, NaN: not measured; clock:
+    that `at` goes by, None: the file does not say."""
 
     at: str
     recording: str
@@ -38,6 +40,7 @@ class Point:
     temperature_c: float
     conditions: Conditions
     values: dict[str, float]
+    clock: ClockKind | None = None
 
 
 def points_in(shots: Sequence[IndexedShot]) -> tuple[IndexedPoint, ...]:
@@ -128,4 +131,5 @@ def _point(recording: IndexedRecording, point: IndexedPoint, values: dict[str, f
         temperature_c=float("nan") if point.temperature_c is None else point.temperature_c,
         conditions=Conditions(recording.fit, recording.calibration, field),
         values=values,
+        clock=recording.clock,
     )

@@ -61,13 +61,14 @@ def _number(value: float | None, factor: float) -> str:
 
 
 def trend_csv(report: TrendReport) -> str:
-    """A row per point: when, recording, shots, temperature, then each quantity as measured and at one temperature."""
+    """A row per point: when, recording, shots, temperature, each quantity as measured and at one temperature, then the
+    clock of its time."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     names = [name for chart in report.charts for name in (chart.quantity, f"{chart.quantity}_corrected")]
-    writer.writerow(["at", "recording", "shots", "temperature_c", *names])
+    writer.writerow(["at", "recording", "shots", "temperature_c", *names, "clock"])
     for k, point in enumerate(report.points):
         values = [v for chart in report.charts for v in (chart.value[k], chart.corrected[k])]
         cells = ["" if v is None or not math.isfinite(v) else repr(v) for v in (point.temperature_c, *values)]
-        writer.writerow([point.at, point.recording, point.shots, *cells])
+        writer.writerow([point.at, point.recording, point.shots, *cells, point.clock or ""])
     return text.getvalue()

@@ -25,6 +25,10 @@ Specimen = Annotated[
 ]
 Since = Annotated[str | None, Query(description="begin there, ISO 8601; the charts begin anew, too", max_length=40)]
 Until = Annotated[str | None, Query(description="end there, ISO 8601", max_length=40)]
+Step = Annotated[
+    str | None,
+    Query(description="number or name of a step of procedures; left out: the last one", min_length=1, max_length=100),
+]
 Rate = Annotated[
     float, Query(ge=100, le=1e6, description="points to a false alarm, on average over all charts of a specimen")
 ]
@@ -51,12 +55,13 @@ def get_trend_picture(
     context: Shared,
     since: Since = None,
     until: Until = None,
+    step: Step = None,
     points_to_false_alarm: Rate = POINTS_TO_FALSE_ALARM,
 ) -> Response:
     """Each quantity over the months, as measured and at one temperature, and its control chart."""
     from .figure import trend_png
 
-    found = _trend(context, specimen, since, until, points_to_false_alarm)
+    found = _trend(context, specimen, since, until, step, points_to_false_alarm)
     return Response(trend_png(found), media_type="image/png")
 
 
@@ -66,12 +71,14 @@ def get_trend_picture(
     response_class=Response,
     responses={200: {"content": {"text/csv": TEXT}, "description": "CSV with a heading"}, **problems(404, 422, 503)},
 )
-def get_trend_table(specimen: Specimen, context: Shared, since: Since = None, until: Until = None) -> Response:
-    """A row per point: when, recording, shots, temperature, each quantity as measured and at one temperature."""
+def get_trend_table(
+    specimen: Specimen, context: Shared, since: Since = None, until: Until = None, step: Step = None
+) -> Response:
+    """A row per point: when, recording, shots, temperature, each quantity as measured and at one temperature, clock."""
     from .report import trend_csv
     from .trend import POINTS_TO_FALSE_ALARM
 
-    found = _trend(context, specimen, since, until, POINTS_TO_FALSE_ALARM)
+    found = _trend(context, specimen, since, until, step, POINTS_TO_FALSE_ALARM)
     return Response(trend_csv(found), media_type="text/csv")
 
 
@@ -81,10 +88,11 @@ def get_trend(
     context: Shared,
     since: Since = None,
     until: Until = None,
+    step: Step = None,
     points_to_false_alarm: Rate = POINTS_TO_FALSE_ALARM,
 ) -> TrendReport:
     """Points of all recordings with on-line fits, a control chart per quantity, and changes by name."""
-    return _trend(context, specimen, since, until, points_to_false_alarm)
+    return _trend(context, specimen, since, until, step, points_to_false_alarm)
 
 
 @router.get("/{specimen:path}", summary="What is known of a specimen", responses=problems(404, 422, 503))
@@ -110,13 +118,15 @@ def accept_specimen(specimen: Specimen, body: BaselineRequest, context: Shared) 
     return made
 
 
-def _trend(context: Context, specimen: str, since: str | None, until: str | None, rate: float) -> TrendReport:
-    """Raises UnknownSpecimen, InputError, StorageError."""
+def _trend(
+    context: Context, specimen: str, since: str | None, until: str | None, step: str | None, rate: float
+) -> TrendReport:
+    """Raises UnknownSpecimen, InputError, StorageError, RecordingError."""
     from .indexed import indexed_trend
 
     keeper = context.part(TrendKeeper)
     keeper.catch_up()
-    found = indexed_trend(context.folders.recordings, specimen, since, until, rate)
+    found = indexed_trend(context.folders.recordings, specimen, since, until, rate, step)
     behind = keeper.behind
     if behind:
         found = found.model_copy(update={"notes": (*found.notes, f"{behind} recordings are still to be looked at")})

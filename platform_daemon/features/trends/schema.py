@@ -7,7 +7,17 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 from typing_extensions import TypeAliasType
 
-from platform_daemon.core.schemas.base import FiniteOrNull, Given, ListPage, Request, Root, Schema, example
+from platform_daemon.core.schemas.base import (
+    Absent,
+    ClockKind,
+    FiniteOrNull,
+    Given,
+    ListPage,
+    Request,
+    Root,
+    Schema,
+    example,
+)
 from platform_daemon.core.schemas.requests import SequencePreset
 from platform_daemon.core.schemas.text import OneLine, SeveralLines
 from platform_daemon.features.models.schema import AdoptedModelSummary
@@ -24,6 +34,8 @@ class TrendPoint(Schema):
 
     at: str
     """When the first one was made, ISO 8601."""
+    clock: Absent[ClockKind] = None
+    """Clock that this goes by; missing: the file does not say."""
     recording: str
     """Id of the recording."""
     shots: int

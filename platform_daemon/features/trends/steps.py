@@ -27,7 +27,7 @@ def of_step(
     """
     if step == ALL_STEPS:
         remedy = "name one step, by its number or name"
-        raise InputError("a trend takes one step of each procedure", where="--step", remedy=remedy)
+        raise InputError("a trend takes one step of each procedure", where="step", remedy=remedy)
     kept: list[IndexedRecording] = []
     missing: list[str] = []
     names: dict[str, None] = {}
@@ -46,7 +46,7 @@ def of_step(
             missing.append(each.identifier)
     if missing and not any(each.step for each in kept):
         remedy = f"name one of {', '.join(names)}"
-        raise InputError(f"no procedure of this specimen has a step {step!r}", where="--step", remedy=remedy)
+        raise InputError(f"no procedure of this specimen has a step {step!r}", where="step", remedy=remedy)
     return kept, missing
 
 

@@ -54,6 +54,7 @@ def _shown(point: Point) -> TrendPoint:
     measured = math.isfinite(point.temperature_c)
     return TrendPoint(
         at=point.at,
+        clock=point.clock,
         recording=point.recording,
         shots=point.shots,
         temperature_c=point.temperature_c if measured else None,
@@ -65,14 +66,23 @@ def _step_notes(recordings: Sequence[IndexedRecording], step: str | None) -> lis
     found = [f"{each.identifier}: {each.step}" for each in recordings if each.step]
     more = f" and {len(found) - _STEPS_NAMED} more" if len(found) > _STEPS_NAMED else ""
     named = "; ".join(found[-_STEPS_NAMED:])
-    which = "the last" if step is None else f"that with --step {step}"
+    which = "the last" if step is None else f"that which is named {step!r}"
     return [f"of procedures one step is taken, {which}: {named}{more}"] if found else []
+
+
+def _clock_notes(points: Sequence[Point]) -> list[str]:
+    """Which points have times that passed on no real clock."""
+    simulated = sum(point.clock == "simulated" for point in points)
+    if not simulated:
+        return []
+    which = "all points are" if simulated == len(points) else f"{simulated} of {len(points)} points are"
+    return [f"{which} in simulated time, which passes at its own pace"]
 
 
 def _notes(points: Sequence[Point], by_quantity: dict[str, list[ChartedStretch]]) -> list[str]:
     if not points:
         return ["there are no points in that time"]
-    notes = []
+    notes = _clock_notes(points)
     measured = sum(math.isfinite(point.temperature_c) for point in points)
     if not measured:
         notes.append("no temperature was measured: what it does looks like a change of the specimen")

@@ -81,6 +81,17 @@ def test_widths_extras_and_encodings_do_not_matter(tmp_path: Path, changes: dict
     to_json(describe(r))
 
 
+@pytest.mark.parametrize("names", [("r", "i"), ("real", "imag")])
+def test_complex_numbers_are_read_as_other_programs_store_them(tmp_path: Path, names: tuple[str, str]) -> None:
+    pairs = np.zeros((3, 2), [(name, "f8") for name in names])
+    pairs[names[0]], pairs[names[1]] = 0.9, -0.2
+    changes = {"/calibration/frequency": [0.0, 1e5], "/calibration/frequency_response": pairs}
+    calibration = open_recording(write_minimal(tmp_path / "a.h5", changes)).calibration
+    assert calibration is not None
+    assert calibration.frequency_response is not None
+    assert np.array_equal(calibration.frequency_response, np.full((3, 2), 0.9 - 0.2j))
+
+
 @pytest.mark.parametrize("dtype", ["<i2", ">i2", "u2", "i1", "<i4", "i8", "u8"])
 def test_converter_counts_are_taken_without_a_calibration_only(tmp_path: Path, dtype: str) -> None:
     counts = np.round(100.0 * DATA / np.abs(DATA).max() + (100.0 if dtype.startswith("u") else 0.0)).astype(dtype)

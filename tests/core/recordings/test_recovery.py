@@ -15,6 +15,7 @@ import pytest
 import structlog
 
 from drivers.errors import InputError
+from platform_daemon.core.recordings.data_folder import open_data_folder
 from platform_daemon.core.recordings.reader import open_recording
 from platform_daemon.core.recordings.recovery import recover
 from platform_daemon.core.recordings.series_writer import SeriesWriter
@@ -192,3 +193,13 @@ def _check(folder: Path, acknowledged: dict[int, int]) -> None:
             assert np.array_equal(r.frame_volts(k), volts(k + 1))
         expected = None if r.frames == SHOTS else f"stopped after {r.frames} of {SHOTS} shots"
         assert r.provenance.incomplete == expected
+
+
+def test_the_log_of_a_data_folder_is_kept_before_anything_is_put_together(tmp_path: Path) -> None:
+    recordings = tmp_path / "recordings"
+    recordings.mkdir()
+    crashed(recordings / "a.h5", 1)
+    seen: list[bool] = []
+    folder = open_data_folder(tmp_path, lambda: seen.append((recordings / "a.h5").exists()))
+    assert seen == [False]
+    assert (folder.recordings / "a.h5").exists()

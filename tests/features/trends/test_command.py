@@ -2,18 +2,14 @@
 
 import csv
 import json
-from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from platform_daemon.core.recordings.recording import StepLabel
-from platform_daemon.core.recordings.series_writer import SeriesWriter
 from platform_daemon.features.trends.schema import TrendReport
 from tests.kit.command_line import here
 from tests.kit.fit_tables import read_fits
-from tests.kit.recording_files import fit_table, header, shot
-from tests.kit.specimen_months import months
+from tests.kit.specimen_months import months, procedure
 
 
 @pytest.mark.long
@@ -72,19 +68,6 @@ def test_a_time_without_points_is_told_as_such(tmp_path):
     assert "beyond chance" not in told.stdout
 
 
-def procedure(folder, name, labels, f_nat_hz):
-    """A recording of a procedure: a shot per step with its fit."""
-    table = replace(
-        fit_table(len(labels)), values=np.array([[f, 0.012] for f in f_nat_hz]), verdict=("good",) * len(labels),
-        std=np.full((len(labels), 2), 1e-3), reason=("",) * len(labels), nrmse=np.full(len(labels), 0.01),
-    )  # fmt: skip
-    about = header(title="T, characterise", sample_name="T 1", planned_shots=len(labels))
-    with SeriesWriter.create(folder / f"{name}.h5", about) as writer:
-        for k, label in enumerate(labels):
-            writer.add_shot(replace(shot(k + 1), step=label))
-        writer.finish((table,))
-
-
 def test_a_trend_is_of_the_last_step_of_procedures_or_of_the_one_that_is_named(tmp_path):
     months(tmp_path, 1)
     tune, ramp, series = StepLabel(1, {}, "tune"), StepLabel(2, {"field_ut": 240.0}, "ramp"), StepLabel(3, {}, "series")
@@ -108,6 +91,27 @@ def test_a_trend_is_of_the_last_step_of_procedures_or_of_the_one_that_is_named(t
     assert told("--step", "1")[:2] == (209.0, 208.0)
     assert "no procedure of this specimen has a step 'sweep'. Remedy: name one of " in told("--step", "sweep")
     assert "one step of each procedure" in told("--step", "all")
+
+
+def test_points_in_simulated_time_are_told_as_such(tmp_path):
+    months(tmp_path, 2)
+    months(tmp_path, 3, "T 2", clock="simulated")
+
+    def told(specimen):
+        files = ("--json", tmp_path / "t.json", "--csv", tmp_path / "t.csv", "--force")
+        done = here("trend", specimen, "--recordings", tmp_path, *files)
+        assert done.returncode == 0, done.stderr
+        rows = csv.DictReader((tmp_path / "t.csv").open())
+        report = TrendReport.model_validate_json((tmp_path / "t.json").read_text())
+        return done.stdout, [row["clock"] for row in rows], [point.clock for point in report.points]
+
+    text, in_table, in_report = told("T 2")
+    assert "note: all points are in simulated time" in text
+    assert in_table == in_report == ["simulated"] * 3
+    text, in_table, in_report = told("T 1")
+    assert "simulated" not in text
+    assert (in_table, in_report) == (["", ""], [None, None])
+    assert told("T 1")[0] == text  # from the index, too
 
 
 def test_files_are_found(tmp_path):

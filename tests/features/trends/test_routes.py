@@ -2,11 +2,12 @@
 
 import pytest
 
+from platform_daemon.core.recordings.recording import StepLabel
 from platform_daemon.features.alarms.board import AlarmBoard
 from platform_daemon.features.trends import index_keeper as trend_keeper
 from tests.kit.command_line import wait_for
 from tests.kit.rest import pages, problem
-from tests.kit.specimen_months import months
+from tests.kit.specimen_months import months, procedure
 
 JEWEL = "paper jewel specimen"
 
@@ -93,6 +94,28 @@ def test_a_page_says_what_is_known_of_a_specimen(client):
     assert page["models"] == page["changes"] == page["tags"] == []
     for link in page["links"].values():
         assert client.get(link).status_code == 200
+
+
+def test_a_trend_is_of_the_step_of_procedures_that_is_named(client):
+    labels = [StepLabel(1, {}, "tune"), StepLabel(2, {}, "series")]
+    procedure(client.folder.recordings, "whole", labels, [209.0, 213.0])
+    wait_for(lambda: "T 1" in _specimens(client))
+
+    def f_nat(**query):
+        report = client.get("/specimens/T 1/trend", params=query).json()
+        return next(chart["value"] for chart in report["charts"] if chart["quantity"] == "f_nat_hz")
+
+    assert f_nat() == [213.0]
+    assert f_nat(step="tune") == f_nat(step="1") == [209.0]
+    rows = client.get("/specimens/T 1/trend/table", params={"step": "tune"}).text.splitlines()
+    assert rows[1].split(",")[4] == "209.0"
+    drawn = {client.get("/specimens/T 1/trend/picture", params=query).content for query in ({}, {"step": "tune"})}
+    assert len(drawn) == 2
+    for part in ("", "/table", "/picture"):
+        for step, said in (("sweep", "no procedure of this specimen has a step"), ("all", "takes one step")):
+            refused = problem(client.get(f"/specimens/T 1/trend{part}", params={"step": step}), 422)
+            assert said in refused["detail"]
+    problem(client.get("/specimens/T 1/trend?step="), 422)
 
 
 def test_recordings_are_found_by_tag(client):
