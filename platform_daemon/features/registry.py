@@ -16,6 +16,7 @@ FEATURES = (
     "design",
     "diagnose",
     "characterise",
+    "reproduce",
     "models",
     "page",
 )
