@@ -6,20 +6,16 @@ import math
 import pytest
 
 from platform_daemon import __version__
-from platform_daemon.core.schemas.base import to_json
-from platform_daemon.features.characterise.schema import CharacteriseOutcome
-from platform_daemon.features.characterise.tables import characterisation_task, characterise
-from platform_daemon.features.fit.batch.executors import in_this_process
-from platform_daemon.features.fit.fit_request import FitSettings
+from platform_daemon.core.schemas.base import EXAMPLES, to_json
+from platform_daemon.features.characterise.schema import CharacterisationReport, CharacteriseOutcome
 from platform_daemon.features.reproduce.claims import claims_of, contradictions
 from platform_daemon.features.reproduce.command import outcome_in
 from platform_daemon.features.reproduce.findings import Findings
 from platform_daemon.features.reproduce.report import claims_latex, claims_text, count_text
 from platform_daemon.features.reproduce.schema import Claims
 from tests.kit.command_line import assert_one_line_error, here
-from tests.kit.ring_down_series import jewels, write_ring_downs
 
-SHOTS = 3
+SHOTS = 2
 LABELS = {
     "eq:m_r", "eq:fnat", "eq:fm(phi)", "eq:tf(phi)", "eq:TfoverI", "fig:simulation_lambda(t)",
     "tab:measurement_parameter", "tab:fit_results_quality", "tab:model_params_fit_result", "tab:quality_factors",
@@ -35,11 +31,9 @@ def unmeasured():
 
 
 @pytest.fixture(scope="module")
-def report(tmp_path_factory):
-    path = write_ring_downs(tmp_path_factory.mktemp("reproduce") / "jewels.h5", jewels(SHOTS))
-    with in_this_process() as workers:
-        task = characterisation_task(path, FitSettings(), None, 0.001)
-        return characterise(task, workers, lambda what, share: None)
+def report():
+    """Of two shots of a simulated jewel, as `characterise --json` writes it."""
+    return CharacterisationReport.model_validate_json((EXAMPLES / "characterisation_report.json").read_bytes())
 
 
 def by_what(claims, what):
