@@ -14,7 +14,8 @@ from platform_daemon.estimation.physics.quality import decay_time_s, equivalent_
 from platform_daemon.estimation.physics.ring_down import RingDown
 
 from .findings import Findings, Value
-from .paper import PaperNumber, paper_numbers
+from .paper import paper_numbers
+from .paper_number import PaperNumber
 from .schema import Claim, Claims, ClaimVerdict
 
 _SIGMAS = 3.0  # of our own standard error, as of the paper's
