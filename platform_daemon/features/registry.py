@@ -17,6 +17,7 @@ FEATURES = (
     "design",
     "diagnose",
     "characterise",
+    "reproduce",
     "models",
     "page",
 )

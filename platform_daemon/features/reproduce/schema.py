@@ -1,0 +1,55 @@
+"""The numbers of the paper beside ours."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from typing_extensions import TypeAliasType
+
+from platform_daemon.core.schemas.base import Schema
+
+ClaimVerdict = TypeAliasType("ClaimVerdict", Literal["agrees", "differs", "not_reproducible"])
+"""Of a number of the paper."""
+
+
+class Claim(Schema):
+    """A number of the paper, or a statement ("yes" or "no"), beside ours."""
+
+    label: str
+    """LaTeX label of the equation, table, figure or section in the paper."""
+    what: str
+    """What it is, with its unit."""
+    paper: float | str
+    """As the paper has it."""
+    ours: float | str | None
+    """As it was computed here; null: it was not."""
+    u: float | None
+    """Standard error of ours; null: it has none, as of a computed number."""
+    tolerance: float | None
+    """By how much the two may differ; null: of a statement, or of what cannot be compared."""
+    verdict: ClaimVerdict
+    """agrees: within the tolerance; not_reproducible: there is nothing to compare, see `why`."""
+    why: str
+    """How the tolerance follows, or why there is nothing to compare."""
+    command: str
+    """What computes ours."""
+
+
+class Claims(Schema):
+    """What `claims.json` holds."""
+
+    claims: tuple[Claim, ...]
+    """In the order of the paper."""
+
+
+class Campaign(Schema):
+    """What a folder of a campaign was measured with; another version does not continue it."""
+
+    software_version: str
+    """Version of the software."""
+    shots: int
+    """Shots of each resonator."""
+    tune: bool
+    """f_nat and the sequence were found first."""
+    ramp: bool
+    """The field was found by a ramp."""

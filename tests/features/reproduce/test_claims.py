@@ -1,0 +1,135 @@
+"""The paper's numbers beside ours: what needs no measurement, the verdicts, and a campaign's folder."""
+
+import json
+import math
+
+import pytest
+
+from platform_daemon import __version__
+from platform_daemon.core.schemas.base import EXAMPLES, to_json
+from platform_daemon.features.characterise.schema import CharacterisationReport, CharacteriseOutcome
+from platform_daemon.features.reproduce.claims import claims_of, contradictions
+from platform_daemon.features.reproduce.command import outcome_in
+from platform_daemon.features.reproduce.findings import Findings
+from platform_daemon.features.reproduce.report import claims_latex, claims_text, count_text
+from platform_daemon.features.reproduce.schema import Claims
+from tests.kit.command_line import assert_one_line_error, here
+
+SHOTS = 2
+LABELS = {
+    "eq:m_r", "eq:fnat", "eq:fm(phi)", "eq:tf(phi)", "eq:TfoverI", "fig:simulation_lambda(t)",
+    "tab:measurement_parameter", "tab:fit_results_quality", "tab:model_params_fit_result", "tab:quality_factors",
+    "tab:manufacturing_times", "fig:amplitude_plot", "fig:noise_plot", "fig:F_tan_over_epsilon",
+    "fig:F_tan_over_rotor_epsilon", "fig:F_tan_over_delta_y", "fig:equilibrium_positions_defects",
+    "sup:proof_size_independence", "ssec:primary_results", "ssec:measurement_sequence",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def unmeasured():
+    return claims_of(Findings({}))
+
+
+@pytest.fixture(scope="module")
+def report():
+    """Of two shots of a simulated jewel, as `characterise --json` writes it."""
+    return CharacterisationReport.model_validate_json((EXAMPLES / "characterisation_report.json").read_bytes())
+
+
+def by_what(claims, what):
+    (found,) = [claim for claim in claims.claims if claim.what == what]
+    return found
+
+
+def test_every_label_of_the_paper_that_has_a_number_is_there(unmeasured):
+    assert {claim.label for claim in unmeasured.claims} == LABELS
+    assert len({(claim.label, claim.what) for claim in unmeasured.claims}) == len(unmeasured.claims)
+
+
+def test_design_equations_agree_but_for_the_friction_that_does_not_follow_from_the_printed_mu(unmeasured):
+    assert by_what(unmeasured, "m_r / mAm2").ours == pytest.approx(14.6, abs=0.05)
+    for what in ("m_r / mAm2", "f_nat / Hz", "F_m / mN", "F_g / mN", "Lambda(2)", "Lambda(4)"):
+        assert by_what(unmeasured, what).verdict == "agrees", what
+    assert by_what(unmeasured, "Q at a tenth of the size over Q at full size").verdict == "agrees"
+    friction = by_what(unmeasured, "T_f / nNm, with the printed mu = 0.15")
+    assert (friction.verdict, friction.ours) == ("differs", pytest.approx(1.25 * friction.paper, rel=1e-3))
+
+
+def test_what_was_not_measured_and_what_never_can_be_says_why(unmeasured):
+    for claim in unmeasured.claims:
+        assert (claim.ours is None) <= (claim.verdict == "not_reproducible")
+        assert claim.why
+    assert {c.paper for c in unmeasured.claims if c.label == "fig:noise_plot"} == {0.17, 0.54}
+    assert "bench" in by_what(unmeasured, "jewel: total production time / min").why
+    assert by_what(unmeasured, "thread D30: f_nat / Hz, mean").verdict == "not_reproducible"
+
+
+def test_a_measured_number_is_judged_by_the_papers_error_and_ours(report):
+    found = claims_of(Findings({"jewel": outcome(report)}))
+    claim = by_what(found, "jewel D30: f_nat / Hz, mean")
+    dataset = report.d30.parameters["f_nat_hz"]
+    u = dataset.std / math.sqrt(SHOTS)
+    assert (claim.ours, claim.u) == (dataset.mean, pytest.approx(u))
+    assert claim.tolerance == pytest.approx(math.hypot(3 * 0.19 / 10, 3 * u))
+    assert claim.verdict == ("agrees" if abs(dataset.mean - 213.25) <= claim.tolerance else "differs")
+    assert by_what(found, "jewel D30: median time of a fit / s").verdict == "not_reproducible"
+    assert by_what(found, "thread: Q").ours is None
+
+
+def test_where_the_paper_disagrees_with_itself_is_said_with_the_arithmetic():
+    friction, quality, deflection = contradictions()
+    assert "1.250 times" in friction
+    assert "mu = 0.120" in friction
+    assert "902, 652 and 482" in quality  # as tests/estimation/physics/test_quality.py has them
+    assert "53.50 deg" in deflection
+
+
+def test_the_table_is_told_in_words_and_in_latex(unmeasured):
+    assert f"{len(unmeasured.claims)} claims: " in count_text(unmeasured)
+    assert "the paper disagrees with itself" in claims_text(unmeasured)
+    assert claims_latex(unmeasured).count(r"\\") == len(unmeasured.claims) + 1
+    assert r"fig:F\_tan\_over\_epsilon" in claims_latex(unmeasured)
+
+
+def outcome(report):
+    return CharacteriseOutcome(kind="characterise", tune=None, ramp=None, report=report)
+
+
+def write_log(folder, report, version=__version__):
+    request = {"kind": "characterise", "acquisition": {"resonator": "jewel", "shots": SHOTS}}
+    result = {"planned_steps": 1, "steps": [], "outcome": json.loads(to_json(outcome(report))), "stopped": "done"}
+    log = {"software_version": version, "job": "procedure-1", "started": "", "request": request, "result": result}
+    folder.mkdir()
+    (folder / "jewel.h5.log.json").write_text(json.dumps(log))
+
+
+def test_a_resonator_that_was_measured_whole_is_found_again_and_no_other(report, tmp_path):
+    write_log(tmp_path / "c", report)
+    assert outcome_in(tmp_path / "c", "jewel").report == report
+    assert outcome_in(tmp_path / "c", "thread") is None
+
+
+def test_folders_that_cannot_be_continued(report, tmp_path):
+    write_log(tmp_path / "c", report)
+    assert_one_line_error(here("reproduce", "--out", tmp_path / "c"), 2, "not empty", "--resume")
+    assert_one_line_error(here("reproduce", "--out", tmp_path / "c", "--resume"), 2, "no campaign to continue")
+    kept = {"software_version": "0.0.1", "shots": 100, "tune": True, "ramp": True}
+    (tmp_path / "c" / "campaign.json").write_text(json.dumps(kept))
+    assert_one_line_error(here("reproduce", "--out", tmp_path / "c", "--resume"), 2, "0.0.1", __version__)
+    both = ("--thread", "none", "--jewel", "none")
+    assert_one_line_error(here("reproduce", "--out", tmp_path / "d", *both), 2, "no resonator is left")
+
+
+@pytest.mark.long
+def test_a_campaign_of_one_resonator_is_measured_and_continued(tmp_path):
+    made = ("--no-tune", "--no-ramp", "--shots", "2", "--thread", "none", "--data", tmp_path / "data")
+    first = here("reproduce", "--out", tmp_path / "c", *made)
+    assert first.returncode == 0, first.stderr
+    claims = Claims.model_validate_json((tmp_path / "c" / "claims.json").read_text())
+    assert by_what(claims, "jewel: B_TX / uT").verdict == "agrees"
+    assert by_what(claims, "thread: B_TX / uT").verdict == "not_reproducible"
+    recording = (tmp_path / "c" / "jewel.h5").stat().st_mtime_ns
+    again = here("reproduce", "--out", tmp_path / "c", "--resume", *made)
+    assert again.returncode == 0, again.stderr
+    assert "jewel: measured before" in again.stdout
+    assert (tmp_path / "c" / "jewel.h5").stat().st_mtime_ns == recording
