@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from .onset_test import OnsetTest
-from .schema import RAMP_ENDS, RampBound, RampEnd
+from .schema import RAMP_ENDS, RampBound, RampEnd, RampReason
 from .threshold import ThresholdPosterior
 from .z_residual import VISIBLE_AM2_PER_S, ZResidual
 
@@ -106,18 +106,24 @@ class Escalation:
         """The field of the next shot, T; None: the ramp has ended (`why_ended`)."""
         if not self.seen:
             return self.plan.start_t
+        decided = self.decided()
+        return None if decided is None else decided[0]
+
+    def decided(self) -> tuple[float, RampReason] | None:
+        """The field of the next shot, T, and why, once a field has been seen; None: the ramp has ended."""
         here = list(self.seen)[-1]
         verdict = self.verdict(here)
         if verdict == "visible":
             return None
-        if verdict == "suspected" and len(self.seen[here]) < self.plan.most_shots:
-            return here
+        again = len(self.seen[here]) < self.plan.most_shots
+        if verdict == "suspected" and again:
+            return here, "doubt"
         above = self._higher(max(self.seen))
-        if above is None and len(self.seen[here]) < self.plan.most_shots and here < self.plan.max_t:
-            return here  # more shots may allow a step that these do not
+        if above is None and again and here < self.plan.max_t:
+            return here, "more_shots"
         return above
 
-    def _higher(self, here: float) -> float | None:
+    def _higher(self, here: float) -> tuple[float, RampReason] | None:
         """The highest field that is allowed, at least a fifth of a step above; None: none."""
         assert self.posterior is not None
         step, most = self.plan.step_t, self.plan.max_t
@@ -125,10 +131,10 @@ class Escalation:
             return None
         up = min(here + step, most)
         if self.posterior.chance_below(up) < self.plan.overdose_rate:
-            return up
+            return up, "step" if up < most else "bound"
         fine = _LEAST_STEP * step
         allowed = here + fine * math.floor((self.posterior.highest_field(self.plan.overdose_rate) - here) / fine + 1e-6)
-        return min(allowed, up) if allowed >= here + 0.999 * fine else None
+        return (min(allowed, up), "smaller_step") if allowed >= here + 0.999 * fine else None
 
     @property
     def began_above(self) -> bool:

@@ -30,6 +30,8 @@ RAMP_ENDS: dict[RampEnd, str] = {
     "envelope": "the highest field that coils and amplifier allow",
 }
 """In words."""
+RampReason = TypeAliasType("RampReason", Literal["step", "smaller_step", "bound", "doubt", "more_shots"])
+"""Why a ramp goes to a field."""
 _Chance = Annotated[float, Field(gt=0, lt=0.5, allow_inf_nan=False)]
 
 
@@ -98,6 +100,28 @@ class RampStep(Schema):
     """visible: side modes are there beyond the false-stop rate; suspected: the threshold may lie at or below."""
 
 
+class RampChance(Schema):
+    """A point of the posterior of the threshold."""
+
+    field_t: float
+    """Field, T."""
+    chance: float
+    """Chance that the threshold lies at or below it, as far as the shots so far tell."""
+
+
+class RampNextField(Schema):
+    """Where a ramp goes next."""
+
+    field_t: float
+    """Field, T."""
+    chance: float
+    """Chance that the threshold lies at or below it."""
+    why: RampReason
+    """step: a whole step up is allowed; smaller_step: of one only so much; bound: the highest field that it may go to
+    is nearer than a step; doubt: here once more, for the threshold may lie at or below it; more_shots: here once more,
+    for no step up is allowed yet, and more shots may allow one."""
+
+
 class RampLine(Schema):
     """A line in the z residual of the last field."""
 
@@ -136,6 +160,11 @@ class RampOutcome(Outcome):
     """As requested."""
     steps: tuple[RampStep, ...]
     """Field by field, rising."""
+    threshold_chances: Absent[tuple[RampChance, ...]] = None
+    """Posterior of the threshold, fields rising, from the first field to 1.3 times the highest one; missing in outcomes
+    of earlier versions."""
+    next_field: Absent[RampNextField] = None
+    """Where it goes next; missing: it has ended, or will."""
     lines: tuple[RampLine, ...]
     """What the z residual is made of at the highest field."""
     lines_hz: tuple[float, ...]

@@ -25,6 +25,7 @@ _WIGGLE_SD, _WIGGLE = 0.5, 0.1  # of the logarithm, over such a share of the fie
 _FLOOR_SD = 1.5  # of the logarithm of what does not stand out of the noise
 _GRID = 0.005  # share of the field between the places where paths are looked at
 _REACH = 1.3  # times the highest field seen
+_SHOWN = 80  # points of the curve that is shown: more are closer than a person can see
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,13 @@ class ThresholdPosterior:
         """The highest field at or below which the threshold lies with less than this chance; 0: none."""
         allowed = self.above.mean(axis=0) < chance
         return float(self.fields_t[np.flatnonzero(allowed)[-1]]) if allowed.any() else 0.0
+
+    def curve(self) -> tuple[Array, Array]:
+        """Fields (k,), T, rising, the first and the last among them, and the chance that the threshold lies at or below
+        each, (k,); at most 80."""
+        count = self.fields_t.size
+        places = np.unique(np.linspace(0, count - 1, min(count, _SHOWN)).round().astype(int))
+        return self.fields_t[places], np.asarray(self.above[:, places].mean(axis=0))
 
     def quantile(self, share: float) -> float | None:
         """The field below which the threshold lies with this chance; None: beyond what was looked at."""

@@ -27,7 +27,16 @@ from sequences.request import SequenceRequest
 
 from .computed_side_modes import ComputedSideModes
 from .resonator_limits import Keep, save_to_catalogue, save_with_recording
-from .schema import RampBound, RampLine, RampOutcome, RampRequest, RampStep, RampThreshold
+from .schema import (
+    RampBound,
+    RampChance,
+    RampLine,
+    RampNextField,
+    RampOutcome,
+    RampRequest,
+    RampStep,
+    RampThreshold,
+)
 
 OPERATING_SHARE = 0.8
 """Of the threshold, at which a resonator is to be used (paper, "Measurement Sequence")."""
@@ -251,6 +260,8 @@ class Ramp:
             false_stop_rate=self._plan.false_stop_rate,
             overdose_rate=self._plan.overdose_rate,
             steps=tuple(self._told(f) for f in fields),
+            threshold_chances=self._chances(),
+            next_field=self._next(),
             lines=lines,
             lines_hz=tuple(line.frequency_hz for line in lines),
             overshoot_t=0.0 if threshold is None else max(0.0, highest - threshold.value),
@@ -268,6 +279,19 @@ class Ramp:
             statistic=self._state.statistic(field_t),
             verdict=self._state.verdict(field_t),
         )
+
+    def _chances(self) -> tuple[RampChance, ...]:
+        assert self._state.posterior is not None  # a field has been seen
+        fields, chances = self._state.posterior.curve()
+        return tuple(RampChance(field_t=f, chance=c) for f, c in zip(fields.tolist(), chances.tolist(), strict=True))
+
+    def _next(self) -> RampNextField | None:
+        decided = None if self._ended else self._state.decided()
+        if decided is None:
+            return None
+        assert self._state.posterior is not None
+        field_t, why = decided
+        return RampNextField(field_t=field_t, chance=self._state.posterior.chance_below(field_t), why=why)
 
     def _line(self, line: SideLine) -> RampLine:
         main = self._main_hz

@@ -88,3 +88,38 @@ def test_what_is_plainly_there_is_called_visible_soon():
 def test_a_posterior_needs_a_field():
     with pytest.raises(ValueError, match="field"):
         ThresholdPosterior.of([], [], [])
+
+
+def test_the_next_field_has_a_reason_and_no_step_up_a_chance_that_is_too_high():
+    state, told = Escalation(RampPlan(150e-6, 10e-6, 500e-6, 0.25, 0.002, 6)), []
+    rng = np.random.default_rng(0)
+    while (field := state.next_field()) is not None:
+        if state.seen:
+            assert state.posterior is not None
+            here, why = state.decided()
+            assert here == field
+            told.append(why)
+            assert (field in state.seen) == (why in ("doubt", "more_shots"))
+            if field not in state.seen:
+                assert state.posterior.chance_below(field) < 0.25
+                assert (field - max(state.seen) > 9.99e-6) == (why == "step")
+        size = SHAPES["rises evenly"](field, 300e-6) * (1.0 + 0.02 * rng.standard_normal())
+        state.see(field, [ZResidual(size, 0.005, ())])
+    assert told[0] == "step"
+    assert {"step", "smaller_step", "more_shots"} <= set(told)
+    assert state.decided() is None
+
+
+def test_where_the_bound_is_nearer_than_a_step_the_ramp_says_that_it_goes_to_the_bound():
+    state = Escalation(RampPlan(150e-6, 10e-6, 155e-6, 0.25, 0.002, 6))
+    state.see(150e-6, [ZResidual(0.0, 0.005, ())])
+    assert state.decided() == (155e-6, "bound")
+
+
+def test_the_curve_of_the_posterior_is_short_and_its_median_is_the_threshold():
+    state = ramped(lambda b: SHAPES["rises evenly"](b, 300e-6))
+    fields, chances = state.posterior.curve()
+    assert fields.size == chances.size == 80
+    assert (fields[0], fields[-1]) == (state.posterior.fields_t[0], state.posterior.fields_t[-1])
+    assert np.all(np.diff(chances) >= 0.0)
+    assert np.interp(0.5, chances, fields) == pytest.approx(state.posterior.quantile(0.5), rel=0.01)
