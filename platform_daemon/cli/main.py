@@ -135,10 +135,11 @@ def _logging(callback: Any) -> Any:
 
     @wraps(callback)
     def run(*arguments: Any, **options: Any) -> Any:
-        from platform_daemon.core.state.kernel_cache import choose_kernel_cache
+        from platform_daemon.core.state.kernel_cache import choose_font_cache, choose_kernel_cache
         from platform_daemon.core.state.logs import log_from
 
         log_from(logging.WARNING)
+        choose_font_cache()
         if (warning := choose_kernel_cache()) is not None:
             print(f"warning: {warning}.", file=sys.stderr)
         return callback(*arguments, **options)

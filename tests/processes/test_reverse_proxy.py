@@ -6,6 +6,7 @@ import re
 import socket
 import ssl
 import subprocess
+import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
@@ -100,6 +101,39 @@ def proxied(tmp_path_factory):
         client.port, client.trusting = port, trusting
         wait_for(lambda: client.get("/ready").status_code == 200)
         yield client
+
+
+BELOW = """
+server {
+    listen 127.0.0.1:%d ssl;
+    ssl_certificate %s;
+    ssl_certificate_key %s;
+    location /mmr/ { proxy_set_header Host $http_host; proxy_http_version 1.1; proxy_pass %s/; }
+}
+"""
+
+
+def test_below_a_path_links_schema_and_page_lead_back(tmp_path, monkeypatch):
+    with served(tmp_path / "data", "--root-path", "/mmr", "--allowed-host", NAME) as daemon:
+        tls = (DATA / "tls/localhost.pem", DATA / "tls/localhost.key")
+        monkeypatch.setattr(sys.modules[__name__], "site", lambda port, main, stop: BELOW % (port, *tls, main))
+        trusting = ssl.create_default_context(cafile=str(tls[0]))
+        with (
+            nginx(tmp_path / "nginx", daemon.address, daemon.stop) as port,
+            httpx2.Client(base_url=f"https://{NAME}:{port}", verify=trusting, timeout=60) as client,
+        ):
+            wait_for(lambda: client.get("/mmr/ready").status_code == 200)
+            assert client.get("/mmr/openapi.json").json()["servers"] == [{"url": "/mmr"}]
+            started = client.post("/mmr/acquisitions", json={"resonator": "jewel", "shots": 1})
+            at = started.headers["location"]
+            assert at.startswith("/mmr/acquisitions/")
+            wait_for(lambda: client.get(at).json()["state"] == "done")
+            page = client.get("/mmr/", headers={"accept": "text/html"}, follow_redirects=True)
+            assert page.url.path.startswith("/mmr/")
+            named = re.findall(r'(?:src|href)="([^"]+)"', page.text)
+            assert named
+            for each in named:
+                assert client.get(page.url.join(each)).status_code == 200, each
 
 
 def test_requests_pass_and_tokens_are_demanded(proxied):

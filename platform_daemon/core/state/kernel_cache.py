@@ -1,4 +1,5 @@
-"""Where compiled kernels are kept: beside their sources, else in the folder of the state, else nowhere.
+"""Where compiled kernels are kept: beside their sources, else in the folder of the state, else nowhere; and where
+matplotlib keeps its list of fonts.
 
 numba reads the place from its environment variable when it is loaded, in this process and in those that it starts.
 Without a place numba refuses to compile, and where an account has no home it makes a folder that is called `~`.
@@ -14,6 +15,8 @@ import platform_daemon
 
 from .state_home import state_home
 
+FONTS = "MPLCONFIGDIR"
+"""Variable that matplotlib reads."""
 VARIABLE = "NUMBA_CACHE_DIR"
 NOWHERE = os.devnull
 """Value of the variable by which kernels are compiled without a cache."""
@@ -41,6 +44,23 @@ def choose_kernel_cache() -> str | None:
         "compiled kernels cannot be kept, so that each program compiles them again: neither the installation nor the "
         "folder of the state can be written. Remedy: set XDG_STATE_HOME to a folder that this account may write"
     )
+
+
+def choose_font_cache() -> None:
+    """Let matplotlib keep its fonts in the folder of the state where the account has no home that it may write.
+
+    To be called before matplotlib is loaded.  Where that folder cannot be written either, matplotlib says so itself.
+    """
+    if FONTS in os.environ:
+        return
+    try:
+        if os.access(Path.home(), os.W_OK):
+            return
+        place = state_home() / "platform-daemon" / "matplotlib"
+    except RuntimeError:  # the account has no home
+        return
+    if _takes_files(place):
+        os.environ[FONTS] = str(place)
 
 
 def _takes_files(folder: Path) -> bool:

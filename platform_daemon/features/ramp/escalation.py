@@ -104,7 +104,7 @@ class Escalation:
 
     def next_field(self) -> float | None:
         """The field of the next shot, T; None: the ramp has ended (`why_ended`)."""
-        if not self.seen:
+        if self.posterior is None:  # no shot yet that can be used
             return self.plan.start_t
         decided = self.decided()
         return None if decided is None else decided[0]

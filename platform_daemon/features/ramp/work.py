@@ -194,7 +194,8 @@ class Ramp:
 
     def steps(self) -> StepSequence:
         """See Procedure.  Raises NeverRings, RecordingError; DeviceFault for a receiver that saturates."""
-        looked = silent = 0
+        assert self._files is not None
+        looked = silent = unusable = 0
         while (field_t := self._state.next_field()) is not None:
             # Blank shots only once something rings, which saves their time elsewhere.
             report = yield self._step(field_t, _LEARN if looked and not self._known else 0)
@@ -202,12 +203,21 @@ class Ramp:
             rings = report.fitted > 0 or report.heard is not None
             looked += rings
             silent = 0 if rings else silent + 1
+            usable = not self._known or any(map(self._files.usable, report.frames))
+            unusable = 0 if usable else unusable + 1
             if not looked and silent >= _NEVER_RINGS:
                 raise NeverRings(
                     f"no ring-down in {silent} shots",
                     where=f"{1e6 * field_t:.4g} uT along {self.request.acquisition.sequence.axis or 'the preset axis'}",
                     why=report.reason or "",
                     remedy="check that the resonator is mounted, its f_tx_hz and the axis; or start at a higher field",
+                )
+            if unusable >= _NEVER_RINGS:  # else a field whose shots are all refused would be repeated for ever
+                raise NeverRings(
+                    f"{unusable} shots in a row were refused",
+                    where=f"{1e6 * field_t:.4g} uT",
+                    why=report.reason or "",
+                    remedy="remove what the reason names, then ramp again",
                 )
         self._ended = True
         saturated = "; the drive is saturated: a higher field hardly swings it further" if self._saturated() else ""

@@ -10,6 +10,7 @@ from datetime import datetime
 from typing import Any, Literal
 
 from drivers.errors import InputError
+from platform_daemon.core.command_line.csv_table import text_cell
 from platform_daemon.core.recordings.units import unit_of
 from platform_daemon.core.schemas.parameters import PARAMETERS, definition_of
 
@@ -77,7 +78,8 @@ def fits_csv(rows: Sequence[Row]) -> bytes:
     text = io.StringIO()
     writer = csv.DictWriter(text, [column.name for column in columns_of(rows)], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(rows)
+    for row in rows:
+        writer.writerow({name: text_cell(value) if isinstance(value, str) else value for name, value in row.items()})
     return text.getvalue().encode()
 
 

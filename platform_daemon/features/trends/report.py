@@ -9,6 +9,7 @@ import math
 from rich.console import Console
 from rich.table import Table
 
+from platform_daemon.core.command_line.csv_table import text_cell
 from platform_daemon.core.schemas.parameters import definition_of
 
 from .schema import TrendChart, TrendReport
@@ -66,9 +67,9 @@ def trend_csv(report: TrendReport) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     names = [name for chart in report.charts for name in (chart.quantity, f"{chart.quantity}_corrected")]
-    writer.writerow(["at", "recording", "shots", "temperature_c", *names, "clock"])
+    writer.writerow(["at", "recording", "shots", "temperature_c", *map(text_cell, names), "clock"])
     for k, point in enumerate(report.points):
         values = [v for chart in report.charts for v in (chart.value[k], chart.corrected[k])]
         cells = ["" if v is None or not math.isfinite(v) else repr(v) for v in (point.temperature_c, *values)]
-        writer.writerow([point.at, point.recording, point.shots, *cells, point.clock or ""])
+        writer.writerow([point.at, text_cell(point.recording), point.shots, *cells, point.clock or ""])
     return text.getvalue()

@@ -24,6 +24,14 @@ def test_a_column_is_named_by_the_path_of_its_value_in_json():
     assert text == "frame,f_nat_hz.value,f_nat_hz.std\n0,213.148,\n"
 
 
+@pytest.mark.parametrize(
+    ("typed", "written"),
+    [("=1+1", "'=1+1"), ("@SUM(A1)", "'@SUM(A1)"), ("-5 K", "'-5 K"), ("-0.5", "-0.5"), ("T=1", "T=1")],
+)
+def test_what_a_person_typed_is_no_formula(typed, written):
+    assert csv_text([{"sample": typed}]) == f"sample\n{written}\n"
+
+
 def test_numbers_are_those_of_json_and_what_an_entry_lacks_is_empty():
     text = csv_text([{"a_s": 0.1 + 0.2, "said": 'with "," in it'}, {"axis": (1.0, 0.0), "late": True}])
     first, second = rows_of(text)

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 import platform_daemon
-from platform_daemon.core.state.kernel_cache import NOWHERE, VARIABLE, choose_kernel_cache
+from platform_daemon.core.state.kernel_cache import FONTS, NOWHERE, VARIABLE, choose_font_cache, choose_kernel_cache
 from tests.kit.unit_isolation import ROOT, isolated, needs_namespaces
 
 
@@ -49,6 +49,18 @@ def test_a_place_that_somebody_has_named_is_kept_if_it_can_be_used(monkeypatch, 
     monkeypatch.setenv(VARIABLE, str(tmp_path / "mine"))
     assert choose_kernel_cache() is None
     assert os.environ[VARIABLE] == str(tmp_path / "mine")
+
+
+def test_fonts_are_kept_with_the_state_where_there_is_no_home(monkeypatch, tmp_path):
+    monkeypatch.delenv(FONTS, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    choose_font_cache()
+    assert FONTS not in os.environ  # matplotlib's own place
+    monkeypatch.setenv("HOME", "/proc/nowhere")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    choose_font_cache()
+    assert os.environ[FONTS] == str(tmp_path / "state/platform-daemon/matplotlib")
+    monkeypatch.delenv(FONTS)
 
 
 @needs_namespaces

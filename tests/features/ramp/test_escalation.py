@@ -123,3 +123,11 @@ def test_the_curve_of_the_posterior_is_short_and_its_median_is_the_threshold():
     assert (fields[0], fields[-1]) == (state.posterior.fields_t[0], state.posterior.fields_t[-1])
     assert np.all(np.diff(chances) >= 0.0)
     assert np.interp(0.5, chances, fields) == pytest.approx(state.posterior.quantile(0.5), rel=0.01)
+
+
+def test_while_no_shot_can_be_used_the_ramp_stays_at_its_first_field():
+    state = Escalation(RampPlan(150e-6, 10e-6, 500e-6, 0.25, 0.002, 6))
+    state.see(150e-6, [])
+    assert state.next_field() == 150e-6
+    state.see(150e-6, [ZResidual(0.0, 0.005, ())])
+    assert state.next_field() == pytest.approx(160e-6)
