@@ -12,7 +12,8 @@ from tests.kit.simulated_bench import Bench, options, table
 
 def test_shipped_platform_builds_through_the_registry():
     shipped = table()
-    shipped.pop("limits", None)
+    for of_the_daemon in ("limits", "uncertainty"):
+        shipped.pop(of_the_daemon, None)
     platform = build_platform(PlatformSection(**shipped))
     assert [t.axis for t in platform.transmit] == ["x", "y", "z"]
     assert platform.calibration.lna_gain == platform.lna.gain() == 40.0

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -175,13 +176,30 @@ def open_catalogue(
     return Catalogue(shelf, Shelf("sequences", SequencePatch, None, added_sequences), tuned)
 
 
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+
+
 def to_toml(tables: dict[str, Any]) -> str:
-    """TOML of keys and of tables one deep, which is all that the files of a catalogue have."""
-    keys = [f"{key} = {_value(value)}" for key, value in tables.items() if not isinstance(value, dict)]
-    inner = [f"\n[{name}]\n{to_toml(table)}" for name, table in tables.items() if isinstance(table, dict)]
+    """TOML of keys and of tables; a table inside of a table is written inline."""
+    keys = [f"{_key(key)} = {_value(value)}" for key, value in tables.items() if not isinstance(value, dict)]
+    inner = [
+        "\n".join([f"\n[{_key(name)}]", *(f"{_key(key)} = {_value(value)}" for key, value in table.items())])
+        for name, table in tables.items()
+        if isinstance(table, dict)
+    ]
     return "\n".join([*keys, *inner]).rstrip() + "\n"
 
 
+def _key(name: str) -> str:
+    return name if _BARE_KEY.fullmatch(name) else _value(name)
+
+
 def _value(value: Any) -> str:
-    # TOML takes the numbers, lists and texts of JSON; only DEL must be escaped besides.
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{_key(key)} = {_value(each)}' for key, each in value.items())} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, date):
+        return value.isoformat()
+    # TOML takes the numbers and texts of JSON; only DEL must be escaped besides.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Literal
 
-from platform_daemon.core.schemas.base import Absent, Schema
+from pydantic import ConfigDict
+
+from platform_daemon.core.schemas.base import Absent, Schema, example
 from platform_daemon.core.schemas.fits import Covariance
 
 
@@ -72,6 +74,8 @@ class MonteCarloCheck(Schema):
 
 class BudgetReport(Schema):
     """The uncertainty budget of one quantity (JCGM 100:2008)."""
+
+    model_config = ConfigDict(json_schema_extra=example("budget_report"))
 
     quantity: str
     """Public name of the parameter, which holds its SI unit."""

@@ -6,7 +6,7 @@ FEATURE = Feature(
     routes=(".routes",),
     tag=("recordings", "What was measured, with its dm/dt"),
     commands=(
-        Command(name="info", attribute="info", help="Show what a recording contains."),
+        Command(name="info", attribute="info", help="Show what a recording contains, or a table of volts or dm/dt."),
         Command(name="plot", attribute="plot", help="Draw dm/dt with the fit over it, the residual and the spectrum."),
     ),
 )

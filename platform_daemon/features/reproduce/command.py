@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from pydantic import ValidationError
 
 from drivers.errors import InputError
 from platform_daemon.core.command_line.csv_table import write_csv
@@ -69,6 +68,8 @@ def reproduce(
 
 def _prepare(out: Path, campaign: Campaign, *, resume: bool) -> None:
     """Raises InputError for a folder that holds something else, or a campaign of another version or request."""
+    from pydantic import ValidationError
+
     from .schema import Campaign
 
     file = out / "campaign.json"
@@ -128,6 +129,8 @@ def outcome_in(folder: Path, variant: str) -> CharacteriseOutcome | None:
 
     Raises InputError for a log that another version wrote.
     """
+    from pydantic import ValidationError
+
     from platform_daemon import __version__
     from platform_daemon.features.characterise.schema import CharacteriseOutcome
     from platform_daemon.features.procedures.schema import ProcedureLog
