@@ -107,7 +107,7 @@ def _known(given: Situation, key: str, name: str, value: float = 0.0) -> InputQu
         where = f"[uncertainty] {key}: certificate {paper.number}"
         remedy = "name a certificate that was valid then, or declare the influence without one and say how it is known"
         if paper.valid_until is not None and given.measured > paper.valid_until:
-            what = f"expired on {paper.valid_until}, and was measured on {given.measured}"
+            what = f"expired on {paper.valid_until}; the recording was made on {given.measured}"
             raise InputError(what, where=where, remedy=remedy)
         if paper.date > given.measured and key != "calibration_drift_per_year":
             raise InputError(
