@@ -23,6 +23,11 @@ def check_free_space(folder: Path, needed_bytes: int, shots: int = 0) -> None:
     together for a moment.  Compression is not counted on.  shots: each is a file of its own.
     """
     _probe(folder)
+    check_room(folder, needed_bytes, shots)
+
+
+def check_room(folder: Path, needed_bytes: int, shots: int = 0) -> None:
+    """The same without writing anything, as a dry run needs it.  Raises StorageUnusable."""
     disk = os.statvfs(folder)
     if disk.f_files and disk.f_favail < shots + SPARE_FILES:  # 0: a file system that does not number them
         raise StorageUnusable(

@@ -95,6 +95,7 @@ def measure(
     """Measure a series of shots and fit each; every shot is on disk before it counts."""
     from drivers.validation import validated
     from platform_daemon.core.schemas.requests import AcquisitionRequest
+    from platform_daemon.core.state.disk_space import check_room
 
     from .series_plan import plan_series
 
@@ -111,7 +112,9 @@ def measure(
     with measuring_engine(where, kept, dry_run=dry_run) as engine:
         plan = plan_series(engine, request)
         if dry_run or out is None:
-            _show_plan(plan.summary(), result.json_file)
+            summary = plan.summary()
+            _show_plan(summary, result.json_file)
+            check_room(out.parent if out is not None else Path(), summary.disk_bytes, summary.shots)
             return
         job, interrupted = _run(engine, plan, out, overwrite=result.force)
     _conclude(job, out, result, interrupted)

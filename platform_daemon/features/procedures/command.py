@@ -44,6 +44,8 @@ def conduct(
 
     Raises InputError, what ended it, typer.Exit: 130 interrupted, 3 if no step gave a result.
     """
+    from platform_daemon.core.state.disk_space import check_room
+
     from .bench import ProcedureBench
     from .conductor import ProcedureFiles
     from .planned import plan_procedure
@@ -55,6 +57,7 @@ def conduct(
         write_json(json_file, work.summary())
         write_csv(csv_file, step_rows(work.summary().steps))
         print(plan_text(work.summary()))
+        check_room(out.parent, work.summary().disk_bytes, work.summary().shots)
         return
     _run(engine, work, out, json_file, csv_file=csv_file, write=write, found=found, report=report, unusable=unusable)
 

@@ -110,3 +110,11 @@ def test_fits_that_are_no_json_are_one_line(tmp_path):
 
 def test_without_a_name_for_the_recording_nothing_moves():
     assert_one_line_error(here("measure", *QUICK), 2, "--out", "--dry-run")
+
+
+def test_a_dry_run_says_that_the_disk_is_too_small_and_writes_nothing(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = here("measure", "--resonator", "jewel", "--shots", 100_000, "--rx-s", 60, "--dry-run")
+    assert "100000 shots" in done.stdout
+    assert_one_line_error(done, 2, "MiB are free", "record fewer or shorter shots")
+    assert list(tmp_path.iterdir()) == []
