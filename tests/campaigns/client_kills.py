@@ -78,12 +78,20 @@ class Lives:
         self.start()
 
     def start(self) -> None:
-        """A new daemon; returns when it listens."""
+        """A new daemon; returns when it listens.  What was killed may hold the port until its processes have ended."""
         command = [str(COMMAND), "serve", "--port", str(self.port), "--data", str(self.folder)]
-        with self.log.open("a") as log:
-            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True, start_new_session=True)
-        assert process.stdout is not None
-        process.stdout.readline()
+        until_s = time.monotonic() + _BACK_S
+        while True:
+            with self.log.open("a") as log:
+                process = subprocess.Popen(
+                    command, stdout=subprocess.PIPE, stderr=log, text=True, start_new_session=True
+                )
+            assert process.stdout is not None
+            if process.stdout.readline():
+                break
+            process.communicate()
+            assert time.monotonic() < until_s, self.log.read_text()[-1000:]
+            time.sleep(0.2)
         self._daemon = Served(process, self.address, "", self.folder)
 
     def kill(self, victim: str) -> None:
