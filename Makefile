@@ -46,7 +46,7 @@ test: install
 test-long: install
 	@command -v octave-cli > /dev/null || { apt-get update -qq && apt-get install -y -qq --no-install-recommends octave; } \
 		|| echo 'Octave could not be installed: the page of other languages will not be walked' >&2
-	$(BIN)/pytest -m long -n 3
+	$(BIN)/pytest -m long
 
 # Latencies beside a crowd: needs a machine that does nothing else.
 test-real-time: install
