@@ -55,7 +55,7 @@ def budget(
 
     from .declared import declared_by
     from .report import budget_text
-    from .work import monte_carlo_of, series_budgets, shot_budgets
+    from .work import budgets_of, monte_carlo_of
     from .written import budget_report, budgets_report
 
     if shot is not None and series:
@@ -70,12 +70,7 @@ def budget(
     measurement, ask = open_for_fit(file, settings)
     say_note(measurement.path, measurement.other_layout)
     compile_fit()
-    usable = [k for k in range(measurement.frames) if measurement.excuse(k) is None]
-    if series or (shot is None and len(usable) > 1):
-        found = series_budgets(measurement, ask, declared=declared, coverage=coverage)
-    else:
-        frame = shot if shot is not None else (usable or [0])[0]
-        found = shot_budgets(measurement, frame, ask, declared=declared, coverage=coverage)
+    found = budgets_of(measurement, ask, shot, series=series, declared=declared, coverage=coverage)
     chosen = found.budgets if quantity is None else (found.of(quantity),)
     told = [budget_report(each, None if draws is None else monte_carlo_of(each, trials)) for each in chosen]
     everything = budgets_report(found, str(file)).model_copy(update={"budgets": tuple(told)})

@@ -11,7 +11,7 @@ from platform_daemon.features.models.library import Library
 from platform_daemon.features.models.resolve import resolve
 
 from .schema import BudgetReport
-from .work import series_budgets, shot_budgets
+from .work import budgets_of
 from .written import budget_report
 
 
@@ -24,10 +24,7 @@ def stored_budget(
     variant: str | None,
     models: Library,
 ) -> BudgetReport:
-    """Of a shot, or of the mean of all.  Raises InputError, RecordingError."""
+    """Of a shot; None: of the mean of all, or of the only one.  Raises InputError, RecordingError."""
     measurement, ask = open_for_fit(path, FitSettings(resolve(variant, models), window))
-    if shot is None:
-        found = series_budgets(measurement, ask, coverage=coverage)
-    else:
-        found = shot_budgets(measurement, shot, ask, coverage=coverage)
+    found = budgets_of(measurement, ask, shot, coverage=coverage)
     return budget_report(found.of(quantity))

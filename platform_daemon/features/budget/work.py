@@ -127,7 +127,7 @@ def series_budgets(
     `shot_budgets` does.
     """
     checked_coverage(coverage)
-    usable = [k for k in frames or range(measurement.frames) if measurement.excuse(k) is None]
+    usable = [k for k in (range(measurement.frames) if frames is None else frames) if measurement.excuse(k) is None]
     results = {k: fit_frame_of(measurement, k, ask) for k in usable}
     good = [k for k, fit in results.items() if fit.verdict == "good"]
     if len(good) < 2:
@@ -148,6 +148,26 @@ def series_budgets(
                 std = np.hypot(std, _explained(given, _situation(measurement, good, middle, short[middle], declared)))
             told = replace(told, difference=found[0], difference_std=std)
     return _budgets(given, told, tuple(good), coverage)
+
+
+def budgets_of(
+    measurement: Measurement,
+    ask: FitRequest,
+    shot: int | None,
+    *,
+    series: bool = False,
+    declared: DeclaredUncertainty | None = None,
+    coverage: float = 0.95,
+) -> ResultBudgets:
+    """Of one shot; None: of the mean of all, or of the only one unless `series` asks for a mean.
+
+    Raises InputError as `shot_budgets` and `series_budgets` do.
+    """
+    usable = [k for k in range(measurement.frames) if measurement.excuse(k) is None]
+    if shot is None and (series or len(usable) > 1):
+        return series_budgets(measurement, ask, declared=declared, coverage=coverage)
+    frame = shot if shot is not None else (usable or [0])[0]
+    return shot_budgets(measurement, frame, ask, declared=declared, coverage=coverage)
 
 
 def monte_carlo_of(budget: Budget, trials: int | None, *, seed: int = 0) -> MonteCarloResult:

@@ -58,7 +58,7 @@ def reproduce(
     heed_one_interrupt()
     with measuring_engine(where, kept, dry_run=dry_run) as engine:
         for variant, name in resonators.items():
-            if (out / f"{variant}.h5").is_file() and outcome_in(out, variant) is not None:
+            if (out / f"{variant}.h5").is_file() and outcome_in(out, variant, of=name) is not None:
                 print(f"{variant}: measured before, {out / f'{variant}.h5'}")
                 continue
             _measure(engine, _request(campaign, name, _held(out, variant)), out / f"{variant}.h5", dry_run=dry_run)
@@ -124,10 +124,10 @@ def _measure(engine: Engine, request: CharacteriseRequest, recording: Path, *, d
     conduct(engine, request, recording, None, dry_run=dry_run, overwrite=True, reports=files, unusable=NotTuned)
 
 
-def outcome_in(folder: Path, variant: str) -> CharacteriseOutcome | None:
+def outcome_in(folder: Path, variant: str, *, of: str | None = None) -> CharacteriseOutcome | None:
     """What a resonator's procedure has found; None: it was not made, or did not come to its end.
 
-    Raises InputError for a log that another version wrote.
+    of: the resonator that is meant.  Raises InputError for a log that another version wrote, and of another resonator.
     """
     from pydantic import ValidationError
 
@@ -146,6 +146,10 @@ def outcome_in(folder: Path, variant: str) -> CharacteriseOutcome | None:
     if log.software_version != __version__:
         why = f"{log.software_version} wrote it, this is {__version__}"
         raise InputError("was written by another version", where=str(file), why=why, remedy=remedy)
+    there = log.request.acquisition.resonator
+    if of is not None and there != of:
+        remedy = f"give --{variant} {there}, or begin a new folder"
+        raise InputError(f"is of {there}, not of {of}", where=str(file), remedy=remedy)
     return log.result.outcome if isinstance(log.result.outcome, CharacteriseOutcome) else None
 
 

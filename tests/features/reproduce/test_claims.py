@@ -5,6 +5,7 @@ import math
 
 import pytest
 
+from drivers.errors import InputError
 from platform_daemon import __version__
 from platform_daemon.core.schemas.base import EXAMPLES, to_json
 from platform_daemon.features.characterise.schema import CharacterisationReport, CharacteriseOutcome
@@ -107,6 +108,8 @@ def test_a_resonator_that_was_measured_whole_is_found_again_and_no_other(report,
     write_log(tmp_path / "c", report)
     assert outcome_in(tmp_path / "c", "jewel").report == report
     assert outcome_in(tmp_path / "c", "thread") is None
+    with pytest.raises(InputError, match="not of another"):
+        outcome_in(tmp_path / "c", "jewel", of="another")
 
 
 def test_folders_that_cannot_be_continued(report, tmp_path):
