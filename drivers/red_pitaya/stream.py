@@ -98,7 +98,7 @@ class Continuity:
             raise ShotRefused("the trigger fell during the shot", where=self._where)
         if record.written < self._written:
             raise ShotRefused(
-                "the recording began anew during the shot",
+                "the recording restarted during the shot",
                 where=self._where,
                 why=f"its write pointer went from {self._written} back to {record.written}",
             )

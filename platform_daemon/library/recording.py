@@ -122,7 +122,7 @@ def open_recording(
     if not is_column_file(place):
         if (time, signal, time_unit, unit) != (None, None, None, None):
             remedy = "leave time, signal, time_unit and unit out: the file says what it holds"
-            raise InputError("columns are told of a file that is no table", where=str(place), remedy=remedy)
+            raise InputError("columns are named for a file that is not a table", where=str(place), remedy=remedy)
         return Recording(open_measurement(place))
     if not place.is_file():
         raise RecordingError("there is no such file", where=str(place), remedy="correct the path")

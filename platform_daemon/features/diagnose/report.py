@@ -146,7 +146,7 @@ def _lines(report: DiagnosisReport) -> list[str]:
         lines.append(f"after: {report.model_after}")
     if not report.effects and report.verdict != "nothing_missing":
         ranked = ", ".join(f"{t.id} (gain {plain(t.gain, '-')})" for t in report.ranking[:_LIKELY])
-        lines.append(f"closest names beside the declared model: {ranked}")
+        lines.append(f"closest candidates in addition to the declared model: {ranked}")
     lines += [f"integrity: {flaw.id}: {flaw.where}" for flaw in report.integrity]
     lines += [f"next: {next_line(n)}" for n in report.next_measurements[:_LIKELY]]
     lines += [f"note: {note}" for note in report.notes]

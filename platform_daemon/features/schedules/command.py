@@ -214,7 +214,7 @@ def _trigger(
 def _work(file: Path | None, resonators: list[str] | None, shots: int) -> dict[str, Any]:
     """`work` and `resonators`.  Raises InputError for a file that cannot be read, if both are given or none is."""
     if (file is None) == (not resonators):
-        remedy = "give --work FILE or --resonator NAME; a file names `resonators` beside `kind` and `request`"
+        remedy = "give --work FILE or --resonator NAME; a file names `resonators` next to `kind` and `request`"
         raise InputError("one work is needed", where="--work, --resonator", remedy=remedy)
     if file is None:
         assert resonators

@@ -134,7 +134,7 @@ class ScheduleRequest(Request):
     @model_validator(mode="after")
     def _one_priority(self) -> ScheduleRequest:
         if getattr(getattr(self.work, "request", None), "priority", 0):
-            raise ValueError("its jobs have the priority of the schedule: give `priority` beside `work`")
+            raise ValueError("its jobs have the priority of the schedule: give `priority` next to `work`")
         return self
 
 

@@ -23,7 +23,7 @@ FALSE_ALARM = 20_000.0
 def trend(
     specimen: Annotated[str, typer.Argument(help="Name of the sample, or of the resonator if none was given.")],
     recordings: FolderOption = FOLDER,
-    since: Annotated[str | None, typer.Option(help="Begin there, ISO 8601: also the charts begin anew.")] = None,
+    since: Annotated[str | None, typer.Option(help="Begin there, ISO 8601; the control charts restart there, too.")] = None,
     until: Annotated[str | None, typer.Option(help="End there, ISO 8601.")] = None,
     step: StepOption = None,
     points_to_false_alarm: Annotated[
@@ -31,7 +31,7 @@ def trend(
     ] = FALSE_ALARM,
     accept: Annotated[
         str | None,
-        typer.Option(help="Accept it as it is, from --since or its next recording on, and why: charts begin anew."),
+        typer.Option(help="Accept it as it is, from --since or its next recording on, and why: the control charts restart."),
     ] = None,
     by: Annotated[str, typer.Option(help="Who accepts it.")] = "",
     png: Annotated[Path | None, typer.Option(help="Draw it.")] = None,
@@ -68,7 +68,7 @@ def _check_accepted(why: str | None, by: str) -> None:
     if why is not None and not why.strip():
         raise InputError("says no reason", where="--accept", remedy="say why it is accepted: --accept 'new jewel'")
     if why is not None and not by.strip():
-        raise InputError("nobody is named", where="--by", remedy="say who accepts it: --by NAME")
+        raise InputError("no person is named", where="--by", remedy="say who accepts it: --by NAME")
 
 
 def _accept(folder: Path, specimen: str, keys: dict[str, str]) -> None:

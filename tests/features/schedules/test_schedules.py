@@ -206,7 +206,7 @@ def test_a_schedule_that_another_version_has_left_does_not_keep_the_others_from_
     assert {each.id for each in bench.all.list()} == {made.id, left}
     found = bench.all.get(left)
     assert not found.active
-    assert re.search("cannot read it.*remove it and add it anew|never due.*no time zone", found.reason, re.DOTALL)
+    assert re.search("cannot read it.*remove it and add it again|never due.*no time zone", found.reason, re.DOTALL)
     assert bench.rows(left)
     assert bench.all.remove(left).id == left
     assert [each.id for each in bench.all.list()] == [made.id]
@@ -469,7 +469,7 @@ def test_a_start_by_hand_says_no_more_what_it_waited_for_once_that_is_there(tmp_
     assert bench.rows(made.id)[0].reason == "jewel has to be mounted"
     bench.owner.mounted = "jewel"
     bench.until(T0 + 60, step=1.0)
-    assert (bench.rows(made.id)[0].state, bench.rows(made.id)[0].reason) == ("run", "asked for")
+    assert (bench.rows(made.id)[0].state, bench.rows(made.id)[0].reason) == ("run", "requested")
     assert [each.reason for each in told if each.state == "due"] == ["jewel has to be mounted", None]
     bench.all.close()
 
