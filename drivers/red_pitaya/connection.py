@@ -287,5 +287,5 @@ class Connection:
             "the card is gone",
             where=self.where,
             why=f"{why}: another client took it over, its server ended, or the network did",
-            remedy="make sure that no other program uses the card, then POST /stop, which connects again with outputs off",
+            remedy="end other programs that use the card, then POST /stop, which connects again with outputs off",
         )

@@ -30,8 +30,8 @@ class WireFault(Section):
     """One fault: it strikes after `after` whole answers; `count` answers are hit; `delay_s` is for slow_link, `at_byte`
     for disconnect, counted from the answer it strikes.
 
-    Only answers that fit count: to commands that contain `command`, and given at the moment `when`: while no shot runs, while one
-    does, or after the next one.
+    Only answers count that are given to a command that contains the text `command`, at the moment `when`: while no shot
+    runs, while one does, or after the next one.
     """
 
     kind: Kind

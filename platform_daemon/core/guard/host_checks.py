@@ -135,7 +135,9 @@ def port(number: int, name: str, *, ours: bool) -> Finding:
             why = error.strerror or str(error)
             if ours:
                 return finding(f"port: {name}", f"{number} is taken, a daemon runs")
-            return finding(f"port: {name}", f"{number}: {why}", f"end the process that has it, or choose another --{name}")
+            return finding(
+                f"port: {name}", f"{number}: {why}", f"end the process that has it, or choose another --{name}"
+            )
     return finding(f"port: {name}", f"{number} is free")
 
 

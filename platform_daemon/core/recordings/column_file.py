@@ -1,8 +1,8 @@
 """Tables of time and signal from elsewhere: CSV and the like, and npz.
 
 The names of the columns say what they hold, with the unit in brackets or at the end, as `time_s`, `t [ms]`,
-`x_am2_per_s`, `u1 (mV)`, `phi_deg`.  Where they do not, the caller names column and unit, or a file of the same name with
-`.toml` at its end does:
+`x_am2_per_s`, `u1 (mV)`, `phi_deg`.  Where they do not, the caller names column and unit, or a file of the
+same name with `.toml` at its end does:
 
     time = "t"
     time_unit = "ms"

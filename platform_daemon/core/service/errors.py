@@ -25,7 +25,8 @@ class HardwareAway(PlatformError):
 
 def away(why: str) -> HardwareAway:
     """The hardware process does not answer, or not in time."""
-    remedy = "repeat the request in some seconds: the process is being restarted; what was requested may have begun, so look at the jobs"
+    restarted = "repeat the request in some seconds: the process is being restarted"
+    remedy = f"{restarted}; what was requested may have begun, so look at the jobs"
     return HardwareAway("the process that owns the hardware does not answer", why=why, remedy=remedy)
 
 

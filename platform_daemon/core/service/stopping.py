@@ -67,7 +67,8 @@ class Stopper:
     def outputs_off(self) -> StopReport:
         """Switch everything off, proved by the process that owns the hardware, and cancel jobs that move or wait.
 
-        Raises what the owner raises; HardwareAway if no process has confirmed it.
+        It is repeated until a process has confirmed it, for `away_s` at most.  The flag keeps waiting jobs from
+        beginning in a process that is started meanwhile.  Raises what the owner raises; HardwareAway if no process has confirmed.
         """
         until, hung = time.monotonic() + self._away_s, False
         while True:
@@ -87,7 +88,10 @@ class Stopper:
             time.sleep(_AGAIN_S)
 
     def _request_outputs_off(self, *, hung: bool) -> StopReport:
-        """Raises Hangs, OSError, ValueError, what the owner does."""
+        """One request over the socket.  hung: an earlier process was killed because it hung.
+
+        Raises Hangs, OSError, ValueError, and what the owner raises.
+        """
         with contextlib.closing(JsonLineConnection(self._connected(PATIENCE_S))) as line:
             owner = line.peer()
             try:

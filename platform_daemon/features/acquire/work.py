@@ -145,8 +145,10 @@ class SeriesWork:
     def _take_up(self, job: AcquisitionJob, series: ShotSink) -> int:
         """Number of shots on disk from an earlier run; they are fitted again."""
         self._joined = series.shots
-        if (told := job.result.shots or 0) > series.shots:
-            job.warnings.append(f"resume: {told - series.shots} of {told} shots are missing on the disk, and are measured again")
+        if (reported := job.result.shots or 0) > series.shots:
+            job.warnings.append(
+                f"resume: {reported - series.shots} of {reported} shots are missing on the disk, and are measured again"
+            )
         files = [series.shot_file(number) for number in range(1, series.shots + 1)]
         infos = [open_recording(file).frame_info[0] for file in files]
         reports = [shot_report(info, k + 1, k) for k, info in enumerate(infos)]

@@ -23,7 +23,9 @@ FALSE_ALARM = 20_000.0
 def trend(
     specimen: Annotated[str, typer.Argument(help="Name of the sample, or of the resonator if none was given.")],
     recordings: FolderOption = FOLDER,
-    since: Annotated[str | None, typer.Option(help="Begin there, ISO 8601; the control charts restart there, too.")] = None,
+    since: Annotated[
+        str | None, typer.Option(help="Begin there, ISO 8601; the control charts restart there, too.")
+    ] = None,
     until: Annotated[str | None, typer.Option(help="End there, ISO 8601.")] = None,
     step: StepOption = None,
     points_to_false_alarm: Annotated[
@@ -31,7 +33,9 @@ def trend(
     ] = FALSE_ALARM,
     accept: Annotated[
         str | None,
-        typer.Option(help="Accept it as it is, from --since or its next recording on, and why: the control charts restart."),
+        typer.Option(
+            help="Accept it as it is, from --since or its next recording on, and why: the control charts restart."
+        ),
     ] = None,
     by: Annotated[str, typer.Option(help="Who accepts it.")] = "",
     png: Annotated[Path | None, typer.Option(help="Draw it.")] = None,

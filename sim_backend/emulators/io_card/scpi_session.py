@@ -199,6 +199,11 @@ class ScpiSession:
     _last_line = ""
 
     def _execute_line(self) -> None:
+        """Execute the first line of the buffer: commands between semicolons, whose answers are sent in one reply.
+
+        A command that begins with neither `:` nor `*` continues the path of the one before it (SCPI 1999, 6.2.4).
+        `_later` is what a command leaves to be done once the reply has been sent.
+        """
         line, _, self._buffer = self._buffer.partition(b"\n")
         self._last_line = text = line.decode("latin1").strip()
         if not self._faults.hears(text):

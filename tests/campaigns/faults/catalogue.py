@@ -31,7 +31,8 @@ class Outcome(StrEnum):
 class Site:
     """Where a fault of a wire strikes: which answers count (see `sim_backend.emulators.wire_faults.WireFault`).
 
-    commands: one of these texts; chunk: of the data stream, 0: the first, -1: the last; early: before there is an engine.
+    commands: one of these texts; chunk: of the data stream, 0: the first, -1: the last; early: before there is an
+    engine.
     """
 
     phase: str
