@@ -68,7 +68,8 @@ class Stopper:
         """Switch everything off, proved by the process that owns the hardware, and cancel jobs that move or wait.
 
         It is repeated until a process has confirmed it, for `away_s` at most.  The flag keeps waiting jobs from
-        beginning in a process that is started meanwhile.  Raises what the owner raises; HardwareAway if no process has confirmed.
+        beginning in a process that is started meanwhile.  Raises what the owner raises; HardwareAway if no process has
+        confirmed it.
         """
         until, hung = time.monotonic() + self._away_s, False
         while True:
