@@ -11,9 +11,12 @@ from drivers.errors import InputError
 
 class _Frames(Protocol):
     @property
-    def path(self) -> Path: ...
+    def path(self) -> Path:
+        """What errors name."""
+
     @property
-    def frames(self) -> int: ...
+    def frames(self) -> int:
+        """How many frames there are."""
 
 
 def chosen_frames(file: _Frames, requested: Sequence[int] | None) -> tuple[int, ...]:
