@@ -262,7 +262,7 @@ class ActivationRequest(Request):
 
 
 class SelfTestOptions(Request):
-    """The self-test before a series, table `[self_test]` of a platform file: a low tone per coil."""
+    """The self-test before a series, table `[self_test]` of a platform file: a weak tone per coil."""
 
     enabled: bool | None = None
     """null: on for real devices, off for a platform that lives in simulated time."""

@@ -71,16 +71,16 @@ def error_on_wire(error: Exception) -> RpcError:
     )
 
 
-def error_from_wire(told: RpcError) -> PlatformError:
+def error_from_wire(received: RpcError) -> PlatformError:
     """The error again, of the class it had; of the nearest that this process knows, with its title."""
     known = _kinds()
-    if told.kinds and told.kinds[0] not in known:  # of a feature that has done nothing in this process yet
+    if received.kinds and received.kinds[0] not in known:  # of a feature that has done nothing in this process yet
         load_errors()
         known = _kinds()
-    kind = next((known[name] for name in told.kinds if name in known), PlatformError)
+    kind = next((known[name] for name in received.kinds if name in known), PlatformError)
     error = kind.__new__(kind)
-    PlatformError.__init__(error, told.what, where=told.where, why=told.why, remedy=told.remedy)
-    error.title = told.title
+    PlatformError.__init__(error, received.what, where=received.where, why=received.why, remedy=received.remedy)
+    error.title = received.title
     return error
 
 

@@ -225,8 +225,8 @@ class CharacteriseConclusion:
         shots = RecordedShots(recording, self.model, frames, held, self.request.alpha, remarks)
         tables = Tables(shots, with_page=self.files is not None)
         try:
-            told = partial(_other_way_round, tell)
-            report, page = self.executor.run("procedure", tables, told, job.cancel_requested)
+            report_progress = partial(_other_way_round, tell)
+            report, page = self.executor.run("procedure", tables, report_progress, job.cancel_requested)
         except TaskCancelled:
             raise Cancelled from None
         keep_tables(report, page, self.files, job)

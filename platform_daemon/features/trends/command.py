@@ -14,7 +14,7 @@ from platform_daemon.core.command_line.csv_table import write_csv
 from platform_daemon.core.command_line.options import CsvOption, ForceOption, JsonOption, StepOption
 from platform_daemon.core.command_line.output import must_not_exist, write_json
 
-index_app = typer.Typer(help="The index of the recordings, which trends are made from; it is made of the files.")
+index_app = typer.Typer(help="The index of recordings, from which trends are computed; it can be rebuilt.")
 FolderOption = Annotated[Path, typer.Option("--recordings", help="Folder of the recordings.")]
 FOLDER = Path("data/recordings")
 FALSE_ALARM = 20_000.0
