@@ -259,7 +259,7 @@ class RecordingIndex:
         """Raises IndexUnfinished."""
         if not self.finished:
             what, why = "the index of the recordings is being made", "it was missing, damaged or of another version"
-            raise IndexUnfinished(what, where=str(self._path), why=why, remedy="ask again in some seconds")
+            raise IndexUnfinished(what, where=str(self._path), why=why, remedy="repeat the request in some seconds")
         return self._file.rows(query, values)
 
 

@@ -268,7 +268,7 @@ def test_of_several_the_highest_priority_begins_first(bench):
 
 
 def test_a_scheduled_work_has_the_priority_of_its_schedule_and_none_of_its_own():
-    with pytest.raises(ValueError, match="beside `work`"):
+    with pytest.raises(ValueError, match="next to `work`"):
         asked({"every_s": 3600.0}, work={"kind": "self_test", "request": {"priority": 5}})
 
 

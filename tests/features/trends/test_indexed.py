@@ -141,7 +141,7 @@ def test_an_index_that_is_damaged_or_of_another_version_is_made_anew(folder, dam
             (folder / (INDEX + end)).unlink(missing_ok=True)
     with pytest.raises(IndexUnfinished, match="is being made"):  # not the half of it
         indexed_specimens(folder)
-    with pytest.raises(IndexUnfinished, match="ask again"):
+    with pytest.raises(IndexUnfinished, match="repeat the request"):
         old_recordings(folder, RetentionRules(0.0), datetime.now(UTC))
     assert update_index(folder)[0].looked == 75
     assert content(folder) == good
