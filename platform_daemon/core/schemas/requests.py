@@ -182,7 +182,7 @@ class AcquisitionRequest(QueuedRequest):
     shots: Shots = 1
     """Excited shots."""
     blank_shots: BlankShots = 0
-    """Shots without excitation before them, which tell the noise."""
+    """Shots without excitation before them, in which the noise is measured."""
     sequence: SequencePatch = Field(default_factory=SequencePatch)
     """Keys that differ from the resonator's preset."""
     shot_changes: Given[

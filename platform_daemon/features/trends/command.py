@@ -38,7 +38,7 @@ def trend(
         ),
     ] = None,
     by: Annotated[str, typer.Option(help="Who accepts it.")] = "",
-    png: Annotated[Path | None, typer.Option(help="Draw it.")] = None,
+    png: Annotated[Path | None, typer.Option(help="Picture of the trend to write.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write the points as a table.")] = None,
     json_file: JsonOption = None,
     force: ForceOption = False,
@@ -107,7 +107,7 @@ def find(
     csv_file: CsvOption = None,
     force: ForceOption = False,
 ) -> None:
-    """List the files of what is looked for, one a line."""
+    """List the files of the recordings that meet all conditions, one a line."""
     from platform_daemon.core.recordings.indexed import Wanted
 
     from .indexed import find_recordings, summaries_of
