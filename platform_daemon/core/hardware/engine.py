@@ -106,17 +106,15 @@ class Engine:
     ) -> Job[RequestT, ResultT]:
         """Queue work on the hardware: it runs behind the interlock once those before it have ended.
 
-        A procedure submits its steps itself; what stops the procedure stops its step.  A job that was requested before a
-        stop of everything is cancelled.  Raises ShuttingDown, InterlockError while a fault is latched, WaitsNoMore.
+        A procedure submits its steps itself; what stops the procedure stops its step.  A job that was requested before
+        a stop of everything is cancelled.  Raises ShuttingDown, InterlockError while a fault is latched, WaitsNoMore.
         """
         self._interlock.refuse()
         with self._planning:
             if self._closed.is_set():
                 raise ShuttingDown("the daemon is shutting down", remedy="start it again, then submit the job again")
             job = self._registered(work, within, options)
-            if (
-                options.stops is not None and options.stops != self.stops
-            ):  # compared only now, when a later stop finds the job
+            if options.stops is not None and options.stops != self.stops:  # now a later stop finds the job
                 job.request_cancel()
             self._hardware.put(job, work)
             return job
