@@ -63,7 +63,7 @@ def test_a_disk_that_takes_too_few_files_is_told_before_anything_moves(tmp_path)
     with small_disk(tmp_path / "disk", 300) as disk:
         remount(disk, "nr_inodes=100")
         check_free_space(disk, 1, shots=50)
-        with pytest.raises(StorageUnusable, match=r"132 files, the disk takes \d+ more.*Remedy: remove") as told:
+        with pytest.raises(StorageUnusable, match=r"132 files, the disk takes \d+ more.*Remedy: delete") as told:
             check_free_space(disk, 1, shots=100)
         assert told.value.nothing_moved
         with pytest.raises(StorageUnusable, match="files"):
