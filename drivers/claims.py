@@ -6,7 +6,7 @@ from every account and mount namespace: a service with a `/tmp` and a home of it
 `ProtectSystem=`) and a person in a terminal meet there.  Its scope is the network namespace, as that of the connections
 to the devices.
 
-The holder answers whoever connects with its record, some bytes that say who it is.
+The holder answers every connection with its record, some bytes that say which process it is.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def holder_of(name: str) -> Holder | None:
             connection.connect(_PREFIX + name)
         except ConnectionRefusedError:
             return None
-        except (BlockingIOError, TimeoutError):  # its queue is full: it answers nobody
+        except (BlockingIOError, TimeoutError):  # its queue is full: it answers no connection
             return Holder(0, -1, None)
         pid, account, _ = _CREDENTIALS.unpack(
             connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)

@@ -149,5 +149,5 @@ def _at_most(what: str, value: float, limit: float, unit: str, source: str, key:
             f"{what} would be {value:.4g} {unit}".rstrip(),
             where=f"sequence.{key}",
             why=f"{source} is {limit:.4g} {unit}".rstrip(),
-            remedy=f"{change}, or have the limit changed by whoever is responsible for the platform",
+            remedy=f"{change}, or have the limit changed by the person responsible for the platform",
         )

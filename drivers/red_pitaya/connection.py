@@ -216,7 +216,7 @@ class Connection:
         with self._send_lock:
             self._check()
             if self._final_sent:
-                raise self._unusable("its lines were told to go low")
+                raise self._unusable("its lines were set low")
             for command in commands:
                 self._send(self._command, f"{command}\n".encode())
 
@@ -287,5 +287,5 @@ class Connection:
             "the card is gone",
             where=self.where,
             why=f"{why}: another client took it over, its server ended, or the network did",
-            remedy="make sure that nobody else uses the card, then POST /stop, which connects again with outputs off",
+            remedy="end other programs that use the card, then POST /stop, which connects again with outputs off",
         )

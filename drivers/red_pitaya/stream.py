@@ -98,7 +98,7 @@ class Continuity:
             raise ShotRefused("the trigger fell during the shot", where=self._where)
         if record.written < self._written:
             raise ShotRefused(
-                "the recording began anew during the shot",
+                "the recording restarted during the shot",
                 where=self._where,
                 why=f"its write pointer went from {self._written} back to {record.written}",
             )
@@ -108,7 +108,12 @@ class Continuity:
         self._written = record.written
 
     def _check_stopped(self, record: Record) -> None:
-        """The sequence does not play: it has not begun, it has ended, or it ended too early."""
+        """Check a record during which the sequence did not play: it has not begun, has ended, or ended too early.
+
+        Sample numbers: the server had written `begun` before the record, and `ended` at most once it was sent.  The
+        status may lag by STATUS_LAG samples.  `_played`: an earlier record saw the sequence play; `_late`: one saw that
+        it had not begun in time.  Raises ShotRefused.
+        """
         begun = record.written
         ended = record.written + record.meanwhile + STATUS_LAG
         over = ended >= self._sequence_samples

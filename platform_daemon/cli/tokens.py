@@ -29,7 +29,7 @@ ExpiresOption = Annotated[
 
 @token_app.command("add")
 def add(name: NameArgument, role: RoleOption, expires: ExpiresOption = None, data: DataOption = Path("data")) -> None:
-    """Make a token and print it; it is printed this once, and kept nowhere."""
+    """Create a token and print it, this once: only its SHA-256 is stored."""
     from platform_daemon.core.state.tokens import tokens_in
 
     until = None if expires is None else _moment(expires)

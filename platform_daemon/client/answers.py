@@ -118,7 +118,7 @@ def connection_failed(error: Exception, url: httpx2.URL, operation: Operation, *
     began = operation.repeatable or isinstance(error, httpx2.ConnectError)
     remedy = "check the address and whether the daemon runs (`platform-daemon serve`)"
     if not began and key is None:
-        remedy += "; what was asked for may have happened, so look before it is sent again"
+        remedy += "; the request may have been carried out, so look before it is sent again"
     elif not began:
         remedy += f"; the same call with idempotency_key={key!r} starts no second job"
     what = "nothing answers" if isinstance(error, httpx2.ConnectError) else "the answer did not come"

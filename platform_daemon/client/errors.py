@@ -27,7 +27,7 @@ from platform_daemon.core.schemas.problems import Problem
 
 
 class ClientError(PlatformError):
-    """What keeps the client from doing what was asked for."""
+    """What keeps the client from doing what was requested."""
 
 
 class ConnectionFailed(ClientError):

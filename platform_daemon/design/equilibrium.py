@@ -61,6 +61,7 @@ class _State:
     moment: Vectors
 
     def only(self, chosen: NDArray[Any]) -> _State:
+        """The rotors that the mask or the indices choose."""
         return _State(
             held=self.held[chosen],
             towards_anchor=self.towards_anchor[chosen],
@@ -69,6 +70,7 @@ class _State:
         )
 
     def put(self, chosen: NDArray[Any], other: _State) -> None:
+        """Replace the chosen rotors' coordinates, in place."""
         self.held[chosen] = other.held
         self.towards_anchor[chosen] = other.towards_anchor
         self.body_axis[chosen] = other.body_axis
@@ -77,7 +79,7 @@ class _State:
 
 @dataclass(frozen=True, kw_only=True)
 class _Mechanics:
-    """The bearing's geometry, and the stator of each case."""
+    """The bearing's geometry (curvature in 1/d, arm in d: see StaticResonator), and the stator of each case."""
 
     curvature: float
     arm: float
@@ -86,6 +88,7 @@ class _Mechanics:
     stator_moment: Vectors
 
     def only(self, chosen: NDArray[Any]) -> _Mechanics:
+        """The cases that the mask or the indices choose."""
         return replace(self, stator=self.stator[chosen], stator_moment=self.stator_moment[chosen])
 
     def rotor(self, state: _State) -> tuple[Vectors, Vectors]:
@@ -94,6 +97,7 @@ class _Mechanics:
         return centre, unit(stator_field(self.stator_moment, centre)) if self.free else state.moment
 
     def energy(self, state: _State) -> NDArray[np.float64]:
+        """Potential energy of the rotor's dipole in the stator's field, (n,), in units of mu_0 m_r^2 / (4 pi d^3)."""
         centre, moment = self.rotor(state)
         return -dot(moment, stator_field(self.stator_moment, centre))
 

@@ -122,13 +122,13 @@ def open_recording(
     if not is_column_file(place):
         if (time, signal, time_unit, unit) != (None, None, None, None):
             remedy = "leave time, signal, time_unit and unit out: the file says what it holds"
-            raise InputError("columns are told of a file that is no table", where=str(place), remedy=remedy)
+            raise InputError("columns are named for a file that is not a table", where=str(place), remedy=remedy)
         return Recording(open_measurement(place))
     if not place.is_file():
         raise RecordingError("there is no such file", where=str(place), remedy="correct the path")
     names = (signal,) if isinstance(signal, str) else None if signal is None else tuple(signal)
-    told = Columns(time=time, signal=names, time_unit=time_unit, unit=unit)
-    return Recording(measurement_of(read_columns(place, None if told == Columns() else told)))
+    named = Columns(time=time, signal=names, time_unit=time_unit, unit=unit)
+    return Recording(measurement_of(read_columns(place, None if named == Columns() else named)))
 
 
 def from_arrays(
@@ -151,7 +151,7 @@ def from_arrays(
         angle_rad: (n,), rad.
         noise: standard deviation of one sample in the unit of the signal, one number or one for each channel; None: the
             signal tells it.
-        variant: bearing of the resonator, thread or jewel; None: the fit is told.
+        variant: bearing of the resonator, thread or jewel; None: the fit names it.
         sensitivity: of voltages, (channels, 3) T/A, u = -P dm/dt; None: fits estimate what volts tell.
         name: what results and errors call it.
 

@@ -115,7 +115,9 @@ class EngineOpener:
         )
         self._engine: Engine | None = None
         self._hardware: LocalPlatformService | None = None
-        self._error: DeviceError = DeviceLost("the devices are being opened", remedy="ask again in some seconds")
+        self._error: DeviceError = DeviceLost(
+            "the devices are being opened", remedy="repeat the request in some seconds"
+        )
         self._tried_s = -_RETRY_S
         self._lock = threading.Lock()
         self._closed = False

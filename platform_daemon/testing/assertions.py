@@ -9,10 +9,12 @@ from typing import Protocol
 
 class _Estimate(Protocol):
     @property
-    def value(self) -> float: ...
+    def value(self) -> float:
+        """In SI."""
 
     @property
-    def std(self) -> float | None: ...
+    def std(self) -> float | None:
+        """Its standard deviation, SI; None: it was held."""
 
 
 def assert_within(fit: Mapping[str, _Estimate], truth: Mapping[str, float], sigmas: float = 5.0) -> None:

@@ -118,7 +118,7 @@ class SimulatedIoCard:
                 raise was_stopped(WHERE)
             self._next = stop
             if stop == timeline.total_samples:
-                self._world.is_running()
+                self._world.is_running()  # ends the shot in the simulator, too, if it is over
                 self._state = CardState.IDLE
         return Chunk(first, np.ascontiguousarray(volts), self._flags(timeline, setup.faults, first, stop))
 

@@ -30,8 +30,8 @@ class WireFault(Section):
     """One fault: it strikes after `after` whole answers; `count` answers are hit; `delay_s` is for slow_link, `at_byte`
     for disconnect, counted from the answer it strikes.
 
-    Only answers that fit count: to what contains `asked`, and given at the moment `when`: while no shot runs, while one
-    does, or after the next one.
+    Only answers count that are given to a command that contains the text `command`, at the moment `when`: while no shot
+    runs, while one does, or after the next one.
     """
 
     kind: Kind
@@ -41,7 +41,7 @@ class WireFault(Section):
     count: Annotated[int, Field(ge=1)] = 1
     delay_s: NonNegative = 0.2
     at_byte: Annotated[int, Field(ge=0)] = 0
-    asked: str = ""
+    command: str = ""
     when: Moment = "any"
 
 
@@ -59,10 +59,10 @@ class _Armed:
     answers: int = 0
     sent: int = 0
 
-    def fits(self, asked: str, stream: str, world: World) -> bool:
+    def fits(self, command: str, stream: str, world: World) -> bool:
         """True if this is one of the answers that count, or the first of those that follow it in a broken link."""
         fault = self.fault
-        if fault.stream != stream or not (fault.asked.upper() in asked.upper() or self.sent):
+        if fault.stream != stream or not (fault.command.upper() in command.upper() or self.sent):
             return False
         if fault.when == "any":
             return True
@@ -94,25 +94,25 @@ class WireFaults:
             self._dead = None
             self.strikes.clear()
 
-    def hears(self, asked: str) -> bool:
+    def hears(self, command: str) -> bool:
         """False if what the driver sends does not arrive."""
         with self._lock:
             for armed in list(self._armed):
-                if armed.fault.kind == "deaf_link" and armed.fits(asked, "command", self._world):
+                if armed.fault.kind == "deaf_link" and armed.fits(command, "command", self._world):
                     armed.answers += 1
                     if armed.answers > armed.fault.after:
                         self._strike(armed)
                         self._dead = "deaf_link"
             return self._dead != "deaf_link"
 
-    def outgoing(self, answer: bytes, stream: str = "command", asked: str = "") -> bytes:
+    def outgoing(self, answer: bytes, stream: str = "command", command: str = "") -> bytes:
         """What of an answer gets through.  Raises Hangup, sleeps for a slow link."""
         delay_s = 0.0
         with self._lock:
             if self._dead == f"one_way_link {stream}":
                 return b""
             for armed in list(self._armed):
-                if armed.fault.kind != "deaf_link" and armed.fits(asked, stream, self._world):
+                if armed.fault.kind != "deaf_link" and armed.fits(command, stream, self._world):
                     answer, late_s = self._struck(armed, answer)
                     delay_s += late_s
         if delay_s:

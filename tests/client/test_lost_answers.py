@@ -47,7 +47,7 @@ def test_the_same_key_returns_the_first_job(lab):
 def test_a_post_that_may_do_something_twice_is_not_repeated(proxy, distant):
     proxy.cut_now()
     proxy.cut = [20]
-    with pytest.raises(ConnectionFailed, match="may have happened"):
+    with pytest.raises(ConnectionFailed, match="may have been carried out"):
         distant.schedules.add("cut off", self_test={}, every_s=86_400)
     assert len([each for each in distant.schedules.list() if each.request.name == "cut off"]) == 1
     distant.schedules["cut off"].remove()

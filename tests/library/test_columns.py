@@ -101,7 +101,7 @@ def test_a_column_that_is_not_there(tmp_path, sim):
     with pytest.raises(pd_.RecordingError, match="no column 'y_v'") as found:
         pd_.open(path, signal="y_v")
     assert "'x_v'" in found.value.remedy
-    with pytest.raises(pd_.InputError, match="no table"):
+    with pytest.raises(pd_.InputError, match="not a table"):
         pd_.open(tmp_path / "own.h5", signal="y_v")
 
 

@@ -231,7 +231,7 @@ def _walk_page(page: str, shell: Shell, ports: dict[str, str], *, full: bool, te
             if tell:
                 took, work = time.monotonic() - began, shell.worked_s() - worked
                 print(f"{took:6.1f} s, {work:5.1f} s of a core  {block.place}", flush=True)
-            for said in block.says():
+            for said in (_with_free_ports(mark, ports) for mark in block.says()):
                 if said not in output:
                     raise StumbleError(f"{block.place}: {said!r} was not printed, but\n{_end(output)}")
 
@@ -244,9 +244,14 @@ def _typed(block: Block, ports: dict[str, str], *, full: bool) -> str:
         text = subprocess.run(["sed", "-E", short], input=text, capture_output=True, text=True, check=True).stdout
         if text == block.text:
             raise StumbleError(f"{block.place}: {short!r} changes nothing")
+    text = _with_free_ports(text, ports)
+    return f"python - <<'END OF BLOCK'\n{text}END OF BLOCK\n" if block.language == "python" else text
+
+
+def _with_free_ports(text: str, ports: dict[str, str]) -> str:
     for printed, free in ports.items():
         text = re.sub(rf"\b{printed}\b", free, text)
-    return f"python - <<'END OF BLOCK'\n{text}END OF BLOCK\n" if block.language == "python" else text
+    return text
 
 
 def _is_toml(block: Block) -> None:

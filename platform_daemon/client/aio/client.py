@@ -156,7 +156,7 @@ class AsyncClient:
 
     @takes(SelfTestRequest)
     async def self_test(self, *, idempotency_key: str | None = None, **values: Any) -> AsyncSelfTest:
-        """Test the chain of coils, switch and receiver with low tones."""
+        """Test the chain of coils, switch and receiver with weak tones."""
         body = request_from(SelfTestRequest, values, "self_test")
         return cast(AsyncSelfTest, await self._start("self_test", body, idempotency_key))
 

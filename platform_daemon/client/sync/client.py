@@ -154,7 +154,7 @@ class Client:
 
     @takes(SelfTestRequest)
     def self_test(self, *, idempotency_key: str | None = None, **values: Any) -> SelfTest:
-        """Test the chain of coils, switch and receiver with low tones."""
+        """Test the chain of coils, switch and receiver with weak tones."""
         body = request_from(SelfTestRequest, values, "self_test")
         return cast(SelfTest, self._start("self_test", body, idempotency_key))
 

@@ -10,7 +10,11 @@ from pathlib import Path
 
 
 def audit(data: Path, what: str, change: str) -> None:
-    """A line in the audit log of a data folder.  Raises StorageError."""
+    """Append a line to the audit log of a data folder, as the web process does for a request.
+
+    what: the action, such as `token_add`; change: what was changed, in words.  There is no HTTP request, so path and
+    status are empty.  Raises StorageError.
+    """
     from platform_daemon.core.schemas.access import AuditEntry
     from platform_daemon.core.state.audit import audit_log_in
 

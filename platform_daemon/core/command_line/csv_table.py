@@ -41,8 +41,8 @@ def csv_text(rows: Iterable[Schema | Mapping[str, Any]]) -> str:
 def text_cell(text: str) -> str:
     """A person's text as a cell that no spreadsheet takes for a formula.
 
-    A name such as `=HYPERLINK(...)` would be run by whoever opens the table; it gets an apostrophe in front, which
-    spreadsheets take for "this is text" (OWASP, "CSV Injection").  Numbers written as text stay as they are.
+    A name such as `=HYPERLINK(...)` would be run by the program that opens the table; it gets an apostrophe in front,
+    which spreadsheets take for "this is text" (OWASP, "CSV Injection").  Numbers written as text stay as they are.
 
     Example:
         >>> text_cell("=1+1"), text_cell("-0.5"), text_cell("T-07")

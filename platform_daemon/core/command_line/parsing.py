@@ -48,9 +48,9 @@ def check_parameter(name: str, option: str) -> None:
 
     if name in PARAMETERS:
         return
-    from platform_daemon.estimation.physics.torques import SEPARATE  # terms of other packages; numba is loaded with it
+    from platform_daemon.estimation.physics.torques import FROM_PACKAGES  # numba is loaded with it
 
-    known = [*PARAMETERS, *(each.name for term in SEPARATE for each in term.coefficients)]
+    known = [*PARAMETERS, *(each.name for term in FROM_PACKAGES for each in term.coefficients)]
     if name not in known:
         raise InputError(f"no parameter is called {name!r}", where=option, remedy=f"one of: {', '.join(known)}")
 

@@ -26,6 +26,7 @@ class _TimeLeft(ProgressColumn):
     """As the job says, else at the mean pace so far."""
 
     def render(self, task: Task) -> Text:
+        """See rich.progress.ProgressColumn."""
         return Text(_time_left(task))
 
 

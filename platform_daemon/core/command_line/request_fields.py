@@ -53,7 +53,7 @@ REQUEST_FIELDS: dict[str, dict[str, RequestField]] = {
         "shots": RequestField(kind=int, help="Excited shots.", default=1, limits=Limits(low=0, high=1000000)),
         "blank_shots": RequestField(
             kind=int,
-            help="Shots without excitation before them, which tell the noise.",
+            help="Shots without excitation before them, in which the noise is measured.",
             default=0,
             limits=Limits(low=0, high=10000),
         ),

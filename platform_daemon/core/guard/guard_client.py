@@ -68,7 +68,7 @@ class GuardClient:
                 f"the lease of the guard is {self._lease_s:g} s",
                 where="guard.lease_s",
                 why=f"limits.max_lease_s is {most_s:g} s",
-                remedy="shorten the lease, or have the limit changed by whoever is responsible for the platform",
+                remedy="shorten the lease, or have the limit changed by the person responsible for the platform",
             )
             error.nothing_moved = True
             return error
@@ -107,7 +107,7 @@ class GuardClient:
                 self._power = self._acknowledges()
             if not self._power:
                 raise InterlockError(
-                    "nobody would switch the amplifier off if this process died",
+                    "no process would switch the amplifier off if this one died",
                     why=f"the guard process {process.pid} does not answer",
                     remedy="restart the daemon; if that does not help, look into its log for the guard's error",
                 )

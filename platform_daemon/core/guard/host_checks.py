@@ -48,7 +48,7 @@ def disk(folder: Path) -> list[Finding]:
     findings = [finding("disk: room", text, few if room < _ROOM_FAIL_B else "", few if room < _ROOM_WARN_B else "")]
     left = os.statvfs(there)
     if left.f_files:
-        out = "remove files that nobody needs" if left.f_favail < 10_000 else ""
+        out = "delete files that are not needed" if left.f_favail < 10_000 else ""
         findings.append(finding("disk: files", f"{left.f_favail} more files can be made", out))
     try:
         took_s = _synced(there)
@@ -85,7 +85,7 @@ def _synced(folder: Path) -> float:
 def memory() -> Finding:
     """Memory that is available now."""
     free = psutil.virtual_memory().available
-    remedy = "end other programs, or add memory: the kernel kills whoever holds most"
+    remedy = "end other programs, or add memory: the kernel kills the process that holds most"
     fail, warn = (remedy if free < least else "" for least in (_MEMORY_FAIL_B, _MEMORY_WARN_B))
     return finding("memory", f"{free / GB:.1f} GB available", fail, warn)
 
@@ -111,7 +111,7 @@ def clock() -> list[Finding]:
     said = "the kernel says it is not synchronised" if state == _UNSYNCHRONISED else "synchronised"
     wrong = remedy if state == _UNSYNCHRONISED else ""
     if state < 0:
-        said, wrong = f"nobody can tell: {os.strerror(ctypes.get_errno())}", "look at `timedatectl` by hand"
+        said, wrong = f"not known: {os.strerror(ctypes.get_errno())}", "look at `timedatectl` by hand"
     apart = time.time() - time.monotonic()
     time.sleep(_WATCHED_S)
     jump_s = time.time() - time.monotonic() - apart
@@ -135,7 +135,9 @@ def port(number: int, name: str, *, ours: bool) -> Finding:
             why = error.strerror or str(error)
             if ours:
                 return finding(f"port: {name}", f"{number} is taken, a daemon runs")
-            return finding(f"port: {name}", f"{number}: {why}", f"end whoever has it, or choose another --{name}")
+            return finding(
+                f"port: {name}", f"{number}: {why}", f"end the process that has it, or choose another --{name}"
+            )
     return finding(f"port: {name}", f"{number} is free")
 
 
@@ -144,7 +146,7 @@ def service(unit: str) -> Finding:
     make = "install docs/platform-daemon.service, see docs/howto/unattended.md"
     systemctl = shutil.which("systemctl")
     if systemctl is None:
-        return finding("service", "no systemd on this computer", "", "nothing starts the daemon anew after its death")
+        return finding("service", "no systemd on this computer", "", "nothing restarts the daemon after its death")
     names = ("LoadState", "ActiveState", "WatchdogUSec", "ExecStopPost")
     command = [systemctl, "show", unit, *(f"--property={each}" for each in names)]
     try:

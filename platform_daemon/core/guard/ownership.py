@@ -4,8 +4,8 @@ The name of the directory is the name of the devices (`devices_name`).  The owne
 (`drivers.claims`), so that a program of another account, or one that has a `/tmp` and a home of its own, finds the
 owner as well.  The file `owner` belongs to the account; its first byte says whether power may be on, and outlives the
 owner.  It is locked by flock, for programs of another network namespace with the same directory, and so is the
-directory: to remove the file in the belief that it was left behind makes nobody an owner.  The kernel releases all of
-them with the last process that holds them: the owner, or the guard that still switches off for it.
+directory: a program that deletes the file, in the belief that it was left behind, does not become an owner.  The kernel
+releases all of them with the last process that holds them: the owner, or the guard that still switches off for it.
 """
 
 from __future__ import annotations

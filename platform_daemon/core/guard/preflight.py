@@ -61,9 +61,9 @@ def _owner(section: PlatformSection) -> tuple[list[Finding], Owner | None]:
         remedy = error.remedy if isinstance(error, ConfigError) else "repair the folder of the state"
         return [finding("supervisor", str(error), remedy or "see there")], None
     fault = latched_fault(state_dir)
-    findings = [finding("supervisor", "nobody owns the devices" if owner is None else f"owned by {owner}")]
+    findings = [finding("supervisor", "no process owns the devices" if owner is None else f"owned by {owner}")]
     if owner is not None and not owner.lives:
-        wait = "wait until its guard has switched off; then somebody must look"
+        wait = "wait until its guard has switched off; then a person must look"
         findings = [finding("supervisor", f"{owner} has died, its guard still works", wait)]
     findings.append(finding("fault", "none stands" if fault is None else str(fault), "" if fault is None else REMEDY))
     return findings, owner

@@ -33,7 +33,7 @@ class CalibrationFiles:
     receive: Path | None = None
     transmit: Path | None = None
 
-    def asked(self, request: ActivationRequest, folder: Path) -> Path:
+    def requested_file(self, request: ActivationRequest, folder: Path) -> Path:
         """The file of a request; calibrations made by jobs are in `folder`.  Raises InputError."""
         if request.calibration is not None:
             return folder / f"{request.calibration}.h5"
@@ -112,7 +112,7 @@ class CalibrationInUse:
 
     def activate(self, request: ActivationRequest, folder: Path) -> None:
         """Use another calibration from now on; no job may be under way.  Raises InputError, and all stays as it was."""
-        found = read_either(request.kind, self._files.asked(request, folder))
+        found = read_either(request.kind, self._files.requested_file(request, folder))
         if isinstance(found, TransmitCalibration):
             channels = found.applied(self._platform.transmit)
             side = replace(self.side, channels=channels)

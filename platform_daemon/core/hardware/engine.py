@@ -106,15 +106,15 @@ class Engine:
     ) -> Job[RequestT, ResultT]:
         """Queue work on the hardware: it runs behind the interlock once those before it have ended.
 
-        A procedure submits its steps itself; whatever stops that stops its step.  What everything was stopped after is
-        cancelled.  Raises ShuttingDown, InterlockError while a fault is latched, WaitsNoMore.
+        A procedure submits its steps itself; what stops the procedure stops its step.  A job that was requested before
+        a stop of everything is cancelled.  Raises ShuttingDown, InterlockError while a fault is latched, WaitsNoMore.
         """
         self._interlock.refuse()
         with self._planning:
             if self._closed.is_set():
                 raise ShuttingDown("the daemon is shutting down", remedy="start it again, then submit the job again")
             job = self._registered(work, within, options)
-            if options.stops is not None and options.stops != self.stops:  # looked at once a stop can reach it
+            if options.stops is not None and options.stops != self.stops:  # now a later stop finds the job
                 job.request_cancel()
             self._hardware.put(job, work)
             return job
@@ -122,6 +122,12 @@ class Engine:
     def _registered(
         self, work: Work[RequestT, ResultT], within: AnyJob | None, options: SubmitOptions
     ) -> Job[RequestT, ResultT]:
+        """A new job in the registry, on the disk, not yet in the queue of the hardware thread.
+
+        within: the procedure whose step it is.  With `options.again` it takes the id of a job of an earlier run: of one
+        that has ended, whose missing shots are measured now, or of one that still waits and becomes its `successor`.
+        Raises DeviceStateError if that one is queued or runs, WaitsNoMore if it was cancelled.
+        """
         if options.again is not None and not options.waits:
             known = self.job(options.again.kind, options.again.identifier)
             if known is not options.again and not known.state.final:

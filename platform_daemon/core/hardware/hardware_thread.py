@@ -1,6 +1,6 @@
 """The one thread that moves anything: it works through a queue of jobs, and reads the devices back between them.
 
-Beside it one that conducts procedures, which put their steps into that queue.
+A second thread conducts procedures, which put their steps into that queue.
 """
 
 from __future__ import annotations

@@ -256,7 +256,7 @@ def _end_of_power(platform: Platform) -> bool:
 
 def _device_verdict(clipped: bool, overloaded: bool) -> str | None:
     if clipped:
-        return "the power amplifier clipped, so the excitation is not the one asked for"
+        return "the power amplifier clipped, so the excitation is not the requested one"
     if overloaded:
         return "the low-noise amplifier was overloaded"
     return None

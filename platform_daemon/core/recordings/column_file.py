@@ -1,8 +1,8 @@
 """Tables of time and signal from elsewhere: CSV and the like, and npz.
 
 The names of the columns say what they hold, with the unit in brackets or at the end, as `time_s`, `t [ms]`,
-`x_am2_per_s`, `u1 (mV)`, `phi_deg`.  Where they do not, the caller tells it, or a file of the same name with `.toml`
-behind it:
+`x_am2_per_s`, `u1 (mV)`, `phi_deg`.  Where they do not, the caller names column and unit, or a file of the
+same name with `.toml` at its end does:
 
     time = "t"
     time_unit = "ms"
@@ -16,6 +16,7 @@ import re
 import tomllib
 import zipfile
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -55,13 +56,13 @@ def is_column_file(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES
 
 
-def read_columns(path: Path, told: Columns | None = None) -> Recording | AngleSeries:
+def read_columns(path: Path, columns: Columns | None = None) -> Recording | AngleSeries:
     """The signal in a table.
 
-    told: which columns; None: as their names or the file next to it say.  Raises RecordingError for a file that is no
+    columns: which ones; None: as their names or the file next to it say.  Raises RecordingError for a file that is no
     table, a column that is not there or has no unit, and as signal_of.
     """
-    columns = told or _told_by_file(path)
+    columns = columns or _columns_of_toml(path)
     table = _npz(path) if path.suffix.lower() == ".npz" else _text(path)
     time = columns.time or _time_name(table, path)
     names = columns.signal or tuple(name for name in table if name != time)
@@ -72,7 +73,8 @@ def read_columns(path: Path, told: Columns | None = None) -> Recording | AngleSe
         )
     time_s = table[time] * _factor(columns.time_unit or _unit_in(time), "s", f"{path}: {time}", "time_unit")
     quantity, signal = _signal(table, names, columns.unit, path)
-    return signal_of(time_s.reshape(-1), signal, quantity, where=str(path))
+    read = signal_of(time_s.reshape(-1), signal, quantity, where=str(path))
+    return replace(read, size_bytes=path.stat().st_size) if isinstance(read, Recording) else read
 
 
 def _signal(
@@ -130,19 +132,19 @@ def _time_name(table: Mapping[str, NDArray[np.float64]], path: Path) -> str:
     raise RecordingError("no column is called time", where=str(path), why=why, remedy=remedy)
 
 
-def _told_by_file(path: Path) -> Columns:
-    beside = path.with_name(f"{path.name}.toml")
-    if not beside.is_file():
+def _columns_of_toml(path: Path) -> Columns:
+    toml = path.with_name(f"{path.name}.toml")
+    if not toml.is_file():
         return Columns()
     try:
-        table = tomllib.loads(beside.read_text(encoding="utf-8"))
+        table = tomllib.loads(toml.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise RecordingError("is no TOML file", where=str(beside), why=str(error), remedy="correct it") from None
+        raise RecordingError("is no TOML file", where=str(toml), why=str(error), remedy="correct it") from None
     try:
         return Columns.model_validate(table)
     except ValidationError as error:
         first = error.errors()[0]
-        where = f"{beside}: {'.'.join(map(str, first['loc']))}"
+        where = f"{toml}: {'.'.join(map(str, first['loc']))}"
         remedy = f"the keys are {', '.join(Columns.model_fields)}: names and units are texts, signal is a list of names"
         raise RecordingError(first["msg"], where=where, remedy=remedy) from None
 

@@ -48,8 +48,8 @@ Look = Callable[[Path], tuple[IndexedRecording, Sequence[IndexedShot]] | None]
 """Reads what the index holds of a file; None: nothing, as of a file of another program.  Raises RecordingError."""
 
 
-def open_index(folder: Path, *, anew: bool = False) -> RecordingIndex:
-    """The index of a folder of recordings, made if missing, not brought up to date; anew: delete its content first.
+def open_index(folder: Path, *, rebuild: bool = False) -> RecordingIndex:
+    """The index of a folder of recordings, made if missing, not brought up to date; rebuild: delete its content first.
 
     Raises StorageError.
 
@@ -57,17 +57,17 @@ def open_index(folder: Path, *, anew: bool = False) -> RecordingIndex:
         >>> with contextlib.closing(open_index(Path("data/recordings"))) as index:
         ...     index.find(Wanted(specimen="A7"))
     """
-    return RecordingIndex(folder / INDEX, folder, anew=anew)
+    return RecordingIndex(folder / INDEX, folder, rebuild=rebuild)
 
 
 class RecordingIndex:
-    """The index at `path` of the recordings in `folder`; anew: delete its content first.
+    """The index at `path` of the recordings in `folder`; rebuild: delete its content first.
 
     Every method raises StorageError where the file cannot be used; queries raise IndexUnfinished as long as the index
     was never brought up to date.
     """
 
-    def __init__(self, path: Path, folder: Path, *, anew: bool = False) -> None:
+    def __init__(self, path: Path, folder: Path, *, rebuild: bool = False) -> None:
         self._path, self._folder = path, folder
         schema = Schema(
             title="the index of the recordings",
@@ -77,7 +77,7 @@ class RecordingIndex:
             when_damaged=WhenDamaged.DELETE,
             remedy="free or repair the disk, then platform-daemon index rebuild; no recording is lost",
         )
-        if anew:
+        if rebuild:
             try:
                 delete(path)
             except OSError as error:
@@ -259,7 +259,7 @@ class RecordingIndex:
         """Raises IndexUnfinished."""
         if not self.finished:
             what, why = "the index of the recordings is being made", "it was missing, damaged or of another version"
-            raise IndexUnfinished(what, where=str(self._path), why=why, remedy="ask again in some seconds")
+            raise IndexUnfinished(what, where=str(self._path), why=why, remedy="repeat the request in some seconds")
         return self._file.rows(query, values)
 
 

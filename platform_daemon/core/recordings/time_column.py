@@ -65,6 +65,6 @@ def _gaps_in_words(steps: Times, gaps: NDArray[np.int64], first: int, last: int)
     if not gaps.size:
         return ()
     used = f"only samples {first} to {last - 1}, the longest even stretch, are used"
-    told = [f"the time column goes on by {steps[g]:.4g} steps before sample {g + 1}; {used}" for g in gaps[:_LISTED]]
+    remarks = [f"the time column goes on by {steps[g]:.4g} steps before sample {g + 1}; {used}" for g in gaps[:_LISTED]]
     more = gaps.size - _LISTED
-    return (*told, f"and {more} further uneven steps in the time column") if more > 0 else tuple(told)
+    return (*remarks, f"and {more} further uneven steps in the time column") if more > 0 else tuple(remarks)

@@ -11,9 +11,12 @@ from platform_daemon.core.schemas.parameters import ParameterDefinition, definit
 
 class _Estimate(Protocol):
     @property
-    def value(self) -> float: ...
+    def value(self) -> float:
+        """In SI."""
+
     @property
-    def std(self) -> float | None: ...
+    def std(self) -> float | None:
+        """Its standard deviation, SI; None: it was held."""
 
 
 def number(value: float | None, std: float | None, factor: float = 1.0) -> str:

@@ -26,7 +26,7 @@ class JobSummary(Schema):
     progress: Progress
     """How far it is."""
     created: str | None
-    """When it was asked for, ISO 8601."""
+    """When it was requested, ISO 8601."""
     finished: str | None
     """When it ended, ISO 8601; null: not yet."""
     clock: Absent[ClockKind] = None

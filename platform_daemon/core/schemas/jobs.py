@@ -89,7 +89,7 @@ class JobTimes(Schema):
     """When a job was requested, began and ended, ISO 8601; null: not yet."""
 
     created: str | None
-    """Asked for."""
+    """When it was requested, ISO 8601."""
     started: str | None
     """Begun."""
     finished: str | None

@@ -182,7 +182,7 @@ class AcquisitionRequest(QueuedRequest):
     shots: Shots = 1
     """Excited shots."""
     blank_shots: BlankShots = 0
-    """Shots without excitation before them, which tell the noise."""
+    """Shots without excitation before them, in which the noise is measured."""
     sequence: SequencePatch = Field(default_factory=SequencePatch)
     """Keys that differ from the resonator's preset."""
     shot_changes: Given[
@@ -262,7 +262,7 @@ class ActivationRequest(Request):
 
 
 class SelfTestOptions(Request):
-    """The self-test before a series, table `[self_test]` of a platform file: a low tone per coil."""
+    """The self-test before a series, table `[self_test]` of a platform file: a weak tone per coil."""
 
     enabled: bool | None = None
     """null: on for real devices, off for a platform that lives in simulated time."""

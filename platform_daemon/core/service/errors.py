@@ -25,7 +25,8 @@ class HardwareAway(PlatformError):
 
 def away(why: str) -> HardwareAway:
     """The hardware process does not answer, or not in time."""
-    remedy = "ask again in some seconds: it is started anew; what was asked for may have begun, so look at the jobs"
+    restarted = "repeat the request in some seconds: the process is being restarted"
+    remedy = f"{restarted}; what was requested may have begun, so look at the jobs"
     return HardwareAway("the process that owns the hardware does not answer", why=why, remedy=remedy)
 
 
@@ -70,16 +71,16 @@ def error_on_wire(error: Exception) -> RpcError:
     )
 
 
-def error_from_wire(told: RpcError) -> PlatformError:
+def error_from_wire(received: RpcError) -> PlatformError:
     """The error again, of the class it had; of the nearest that this process knows, with its title."""
     known = _kinds()
-    if told.kinds and told.kinds[0] not in known:  # of a feature that has done nothing in this process yet
+    if received.kinds and received.kinds[0] not in known:  # of a feature that has done nothing in this process yet
         load_errors()
         known = _kinds()
-    kind = next((known[name] for name in told.kinds if name in known), PlatformError)
+    kind = next((known[name] for name in received.kinds if name in known), PlatformError)
     error = kind.__new__(kind)
-    PlatformError.__init__(error, told.what, where=told.where, why=told.why, remedy=told.remedy)
-    error.title = told.title
+    PlatformError.__init__(error, received.what, where=received.where, why=received.why, remedy=received.remedy)
+    error.title = received.title
     return error
 
 

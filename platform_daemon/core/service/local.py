@@ -233,7 +233,7 @@ class LocalPlatformService:
     def activate(self, request: ActivationRequest) -> CalibrationsInUse:
         """See PlatformService."""
         if not self._taking_up.acquire(blocking=False):
-            what, remedy = "what waited when the daemon ended is being planned", "ask again in some seconds"
+            what, remedy = "what waited when the daemon ended is being planned", "repeat the request in some seconds"
             raise DeviceStateError(what, where="calibration", remedy=remedy)
         try:
             return self._engine.activate(request, self._folders.calibrations)

@@ -53,5 +53,5 @@ class Mounted:
         now = self.now()
         if now.changed_by_platform or now.resonator == resonator or (now.resonator is None and not surely):
             return None
-        there = "nobody has said which one is there" if now.resonator is None else f"{now.resonator} is there"
+        there = "no mounted resonator has been reported" if now.resonator is None else f"{now.resonator} is there"
         return f"{resonator} has to be mounted, {there}: do it, then say so (POST /platform/resonator)"

@@ -21,7 +21,7 @@ class ResponseCache:
         self._answers: dict[tuple[Any, ...], tuple[float, Any]] = {}
         self._asking: dict[tuple[Any, ...], threading.Lock] = {}
         self._lock = threading.Lock()
-        self._turn = 0
+        self._generation = 0
 
     def answer(self, question: tuple[Any, ...], ask: Callable[[], Any]) -> Any:
         """That of a moment ago, or what `ask` brings now.  Raises what `ask` raises."""
@@ -31,23 +31,23 @@ class ResponseCache:
             known = self._answers.get(question)
             if known is not None and time.monotonic() - known[0] < RECENT_S:
                 return known[1]
-            turn, asked = self._turn, time.monotonic()
+            generation, since_s = self._generation, time.monotonic()
             found = ask()
             with self._lock:
-                self._forget_old(asked)
-                if turn == self._turn:  # else it may be of before a command
-                    self._answers[question] = asked, found
+                self._forget_old(since_s)
+                if generation == self._generation:  # else it may be of before a command
+                    self._answers[question] = since_s, found
             return found
 
     def invalidate(self) -> None:
         """A command was given: nothing is as it was."""
         with self._lock:
-            self._turn += 1
+            self._generation += 1
             self._answers.clear()
 
     def _forget_old(self, now_s: float) -> None:
-        for question, (asked, _) in list(self._answers.items()):
-            if now_s - asked > RECENT_S:
+        for question, (since_s, _) in list(self._answers.items()):
+            if now_s - since_s > RECENT_S:
                 del self._answers[question]
         for question in [q for q, lock in self._asking.items() if q not in self._answers and not lock.locked()]:
             del self._asking[question]

@@ -57,37 +57,42 @@ class Stopper:
     """
 
     def __init__(self, folder: Path, silent_s: float = SILENT_S, away_s: float = AWAY_S) -> None:
-        self._mark, self._path = stop_mark(folder), folder / NAME
+        self._flag, self._path = stop_mark(folder), folder / NAME
         self._silent_s, self._away_s = silent_s, away_s
-        self._kept: int | None = None
+        self._folder_fd: int | None = None
         with contextlib.suppress(OSError):
-            self._kept = folder_of(self._path)
-            weakref.finalize(self, os.close, self._kept)
+            self._folder_fd = folder_of(self._path)
+            weakref.finalize(self, os.close, self._folder_fd)
 
     def outputs_off(self) -> StopReport:
         """Switch everything off, proved by the process that owns the hardware, and cancel jobs that move or wait.
 
-        Raises what the owner raises; HardwareAway if no process has confirmed it.
+        It is repeated until a process has confirmed it, for `away_s` at most.  The flag keeps waiting jobs from
+        beginning in a process that is started meanwhile.  Raises what the owner raises; HardwareAway if no process has
+        confirmed it.
         """
         until, hung = time.monotonic() + self._away_s, False
         while True:
             try:
-                report = self._told(hung=hung)
+                report = self._request_outputs_off(hung=hung)
             except Hangs:
                 hung, why = True, f"it was silent for {self._silent_s:g} s and was ended"
             except (OSError, ValueError) as error:
                 why = str(error) or type(error).__name__
             else:
-                self._mark.clear()  # also that of an earlier stop, which is now done
+                self._flag.clear()  # also that of an earlier stop, which is now done
                 return report
             with contextlib.suppress(StorageError):  # the loop tries again anyway
-                self._mark.set()
+                self._flag.set()
             if time.monotonic() > until:
                 raise _unconfirmed(why, self._away_s)
             time.sleep(_AGAIN_S)
 
-    def _told(self, *, hung: bool) -> StopReport:
-        """Raises Hangs, OSError, ValueError, what the owner does."""
+    def _request_outputs_off(self, *, hung: bool) -> StopReport:
+        """One request over the socket.  hung: an earlier process was killed because it hung.
+
+        Raises Hangs, OSError, ValueError, and what the owner raises.
+        """
         with contextlib.closing(JsonLineConnection(self._connected(PATIENCE_S))) as line:
             owner = line.peer()
             try:
@@ -109,15 +114,15 @@ class Stopper:
         try:
             return connected(self._path, timeout_s)
         except OSError:
-            if self._kept is None:
+            if self._folder_fd is None:
                 raise
-            return connected(self._path, timeout_s, self._kept)
+            return connected(self._path, timeout_s, self._folder_fd)
 
     def _wait(self, line: JsonLineConnection, owner: int | None) -> None:
         """Until it answers; switching off may take as long as its devices do, if only the process itself lives."""
         until = time.monotonic() + PATIENCE_S
         while not line.has_said(_LOOK_S):
-            if not self._lives() and not line.has_said(0):
+            if not self._is_alive() and not line.has_said(0):
                 log.error("hardware_process_hangs", silent_s=self._silent_s)
                 if owner is not None:
                     signal.pidfd_send_signal(owner, signal.SIGKILL)
@@ -125,7 +130,7 @@ class Stopper:
             if time.monotonic() > until:
                 raise TimeoutError(f"it lives and has not answered for {PATIENCE_S:g} s")
 
-    def _lives(self) -> bool:
+    def _is_alive(self) -> bool:
         """Does it answer anything at all?  Another thread of it does than that which switches off."""
         left_s = self._silent_s - _LOOK_S
         try:
@@ -137,7 +142,7 @@ class Stopper:
 
 
 def _after_a_hang(report: StopReport) -> StopReport:
-    said = "the hardware process hung and was ended, and the one started anew has proved it; a fault may stand"
+    said = "the hardware process hung and was killed, and the restarted one has proved it; a fault may be latched"
     return StopReport(status=f"{report.status}: {said}", hung=True)
 
 

@@ -1,4 +1,4 @@
-"""Can the disk take what is to be measured?  Asked before anything moves."""
+"""Can the disk take what is to be measured?  Checked before anything moves."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def check_room(folder: Path, needed_bytes: int, shots: int = 0) -> None:
             f"the recording may need {shots + SPARE_FILES} files, the disk takes {disk.f_favail} more",
             where=str(folder),
             why="every shot is a file of its own until the recording is put together",
-            remedy="remove files that nobody needs, or record fewer shots",
+            remedy="delete files that are not needed, or record fewer shots",
         )
     needed, free = 2 * needed_bytes + SPARE_BYTES, shutil.disk_usage(folder).free
     if free < needed:

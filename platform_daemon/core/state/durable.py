@@ -1,6 +1,6 @@
 """Files that are on the disk when the call returns.
 
-The content is written to a part file beside the target and synced; then the part file is renamed, or linked where no
+The content is written to a part file next to the target and synced; then the part file is renamed, or linked where no
 other file may be replaced, to the name of the target, and the folder is synced.  A reader finds the old content or the
 new one; a crash leaves at most a part file, which `sweep` deletes.
 """

@@ -1,6 +1,7 @@
-"""The lock of a data folder, which says who started its holder: one whose parent has died is about to end.
+"""The lock of a data folder.  The file holds the process id of its holder's parent and when that one was started.
 
-The folder itself is locked as well, so that removing the lock file as a supposed leftover opens nothing.
+A process of the daemon whose parent has died is about to end, so the next daemon waits for it instead of being refused.
+The folder itself is locked as well, so that a person who deletes the file as a supposed leftover does not unlock it.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from drivers.errors import InputError
 
 LOCK = ".lock"
 DYING_S = 30.0
-"""A holder whose parent has died switches outputs off and puts its series together first."""
+"""Longest time, s, that a holder whose parent has died takes to switch outputs off and to assemble its recording."""
 _LOOK_S = 0.1
 
 
@@ -48,7 +49,7 @@ class FolderLock:
 
 
 def lock_folder(folder: Path) -> FolderLock:
-    """Held as long as it is kept.  Waits for one that is about to end.
+    """Lock a data folder, as long as the lock is kept.  Waits for a holder that is about to end.
 
     Raises InputError if another daemon works there, OSError if the file cannot be made.
     """
@@ -68,7 +69,7 @@ def lock_folder(folder: Path) -> FolderLock:
             break
     file.seek(0)
     file.truncate()
-    with suppress(psutil.Error):  # it may be in a world of its own
+    with suppress(psutil.Error):  # the parent may be in another PID namespace
         file.write(f"{os.getppid()} {psutil.Process(os.getppid()).create_time()}")
         file.flush()
     return lock

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept: beside their sources, else in the folder of the state, else nowhere; and where
+"""Where compiled kernels are kept: next to their sources, else in the folder of the state, else nowhere; and where
 matplotlib keeps its list of fonts.
 
 numba reads the place from its environment variable when it is loaded, in this process and in those that it starts.

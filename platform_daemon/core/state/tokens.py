@@ -68,7 +68,7 @@ class TokenFile:
         except (FileNotFoundError, NotADirectoryError):  # the latter: who opens the data folder says what is wrong
             if self._known[0] is None:
                 return ()
-            remedy = "look whether the disk of the data folder is there; put back a copy, or make the tokens anew"
+            remedy = "look whether the disk of the data folder is there; put back a copy, or create the tokens again"
             raise ConfigError("the tokens are gone", where=str(self.path), remedy=remedy) from None
         except OSError as error:
             remedy = "make it a file, no link, that the user of the daemon can read, with mode 0600"
@@ -77,7 +77,7 @@ class TokenFile:
             ) from None
         if state.st_uid not in ours:  # an account that may write the folder can replace the file
             what, remedy = (
-                "somebody else made this file of tokens",
+                "another account owns this file of tokens",
                 "look at who is in it, and who may write the folder",
             )
             raise ConfigError(what, where=str(self.path), why=f"it belongs to uid {state.st_uid}", remedy=remedy)
@@ -91,7 +91,7 @@ class TokenFile:
             found = TokenRecords.model_validate(json.loads(text)).tokens
         except (ValueError, RecursionError) as error:
             why = str(error).splitlines()[0]
-            remedy = "put back a copy, or delete it and make the tokens anew"
+            remedy = "put back a copy, or delete it and create the tokens again"
             raise ConfigError("is no file of tokens", where=str(self.path), why=why, remedy=remedy) from None
         self._known = (seen, found)
         return found

@@ -1,7 +1,7 @@
 """The OpenAPI schema as client generators need it: error answers by their media type, and links between operations.
 
 FastAPI takes seconds to make it, and a generator that is started with the daemon gives up before.  So the schema is a
-file of the package, and it is made anew only for an application with other operations than the file's.
+file of the package, and it is generated again only for an application with other operations than the file's.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ import numpy as np
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.torque_term import TorqueTerm
-from platform_daemon.estimation.physics.torques import SEPARATE, TERMS
+from platform_daemon.estimation.physics.torques import FROM_PACKAGES, TERMS
 
 from .effect import Candidate, Detail, Effect
 
@@ -122,7 +122,7 @@ def torque_candidates(model: RingDownModel, *, jewel_law: bool = True) -> list[C
     """
     unfit = {t.name for t in model.terms} | (set() if jewel_law else {"hertz_friction"})
     declared = [Candidate(effect, term=TERMS[effect.id]) for effect in EFFECTS if effect.id not in unfit]
-    own = [term for term in SEPARATE if term.name not in unfit and len(term.coefficients) == 1]
+    own = [term for term in FROM_PACKAGES if term.name not in unfit and len(term.coefficients) == 1]
     return [*declared, *(Candidate(_effect_of(term), term=term) for term in own)]
 
 

@@ -44,7 +44,11 @@ def notes(
     refused: Sequence[UnfittedShot],
     dropped: Sequence[Candidate],
 ) -> tuple[str, ...]:
-    """All remarks, in the order of the report."""
+    """All remarks, in the order of the report.
+
+    alike: candidates that could take the place of an accepted one; refused: shots that could not be fitted; dropped:
+    candidates that do not predict held-out data better.
+    """
     lines = [f"{r.shot.name} was left out: {r.reason}" for r in refused]
     if len(final.prepared) == 1:
         lines.append("one shot only: held out is the last 30 % of its window, predicted from the first 70 %")

@@ -98,7 +98,7 @@ def _doubts(
     ):
         yield f"{len(together)} effects together may imitate one that has no name here"
     if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.confounders):
-        yield "these data cannot tell whether the motion, the receiver or something beside the signal is the cause"
+        yield "these data cannot tell whether the motion, the receiver or an additive signal is the cause"
     if any(_on_harmonic(n.candidate, final) for n in named if n.candidate.effect is SIDE_MODE):
         yield "a decaying oscillation at a harmonic of the motion may be the motion itself, changed by something else"
     share = _sure_share(found, final)

@@ -37,6 +37,7 @@ class _Point:
 
     @property
     def chi2(self) -> float:
+        """Of all shots together."""
         return sum(a.chi2 for a in self.linear)
 
 

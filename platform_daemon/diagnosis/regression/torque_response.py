@@ -114,15 +114,16 @@ def integrate_responses(phi, v, force, h, split, codes, widths, c, at, dipole, o
 def torque_responses(prepared: PreparedShot, model: RingDownModel, state: FitState, forces: Forces) -> Array:
     """Change of the record's channels per unit of extra torques, (k, channels, m).
 
-    forces: (phi (n,), v (n,)) -> torques (k, n) in units of I w^2.
+    forces: (phi (n,), v (n,)) -> torques (k, n) in units of I w^2.  The linearised motion is integrated grid by grid;
+    the state that one grid ends with is the start of the next.
 
     Raises:
         LostTrajectoryError: the state does not oscillate.
     """
     d, obs, rate = state.dynamics, state.observation, prepared.shot.rate_hz
     coefficients = d.dimensionless(model)
-    at: Array | None = None
-    gains = obs.gains(d.w)
+    at: Array | None = None  # (2, k): deviation of angle and velocity at the start of the grid, zero at the record's
+    gains = obs.gains(d.w)  # (channels, 2): how the two components of `out` enter the channels
     pieces = []
     for g in prepared.grids:
         ds = d.w * g.factor / rate

@@ -55,7 +55,12 @@ def _shot_residual(at: JointFit, k: int) -> ShotResidual:
 
 
 def tones(at: JointFit, residuals: Sequence[ShotResidual]) -> list[Candidate]:
-    """Lines in the residual's spectrum outside the zones of the harmonics: mains first, then others."""
+    """Lines in the residual's spectrum outside the zones of the harmonics: mains first, then others.
+
+    The periodograms of all shots and channels, each over its noise, are added, so that white noise has a chi-squared
+    distribution in every bin (`degrees`: half its degrees of freedom).  The strongest bin above the threshold is a
+    line; its neighbourhood is blanked, and the search goes on.
+    """
     n = next_fast_len(max(x.samples.shape[1] for x in residuals), real=True)
     rate = residuals[0].rate_hz
     spectra = [

@@ -42,7 +42,11 @@ class PhaseStep:
 
 
 def lost_samples(stretch: Stretch) -> list[PhaseStep]:
-    """Losses that are beyond doubt, in the order of time, no two of them within one window."""
+    """Losses that are beyond doubt, in the order of time, no two of them within one window.
+
+    Windows of several lengths are scanned over means of `block` samples, `points` of them per period; where one
+    misfits (`suspects`: sample number -> log p), the loss is measured at the full rate, the most certain first.
+    """
     block = max(1, int(1.0 / (stretch.frequency(0.0) * stretch.points)))
     means = block_means(stretch.samples, block) / stretch.sd[:, None] * math.sqrt(block)
     suspects: dict[int, float] = {}

@@ -105,7 +105,8 @@ class SampleGrid:
 def grids_for(record: RingDownRecord, last: int, frequency_hz: float) -> tuple[SampleGrid, ...]:
     """Grids that cover samples valid_from .. last-1: the start in full, the rest decimated if it is long.
 
-    frequency_hz: of the fundamental.
+    frequency_hz: of the fundamental.  The decimating filter needs `half` samples on either side, so the end of the
+    record, too, keeps the full rate.
     """
     first, rate = record.valid_from, record.sampling_rate_hz
     factor = min(int(rate / (2.0 * _LIMITS.nyquist * frequency_hz)), (last - first) // _LIMITS.full_rate_samples)

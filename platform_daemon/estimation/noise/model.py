@@ -1,4 +1,4 @@
-"""Noise of every channel, measured beside the signal: between and above its harmonics, not from a fit's residual.
+"""Noise of every channel, measured between and above the harmonics of the signal, not from a fit's residual.
 
 Angles of few periods are the exception (OWN_RESIDUAL, OWN_FLOOR; goodness_of_fit/noise_floor.py).
 """

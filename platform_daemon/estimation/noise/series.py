@@ -98,7 +98,7 @@ class SeriesNoise:
             m for m, level in pairs if not _is_unlike(level - self._usual, LIMITS.series_shortest_samples)
         ] or self._models[:1]
         shots = f"{len(alike)} {'blank ' if self._blank else ''}{'shot' if len(alike) == 1 else 'shots'}"
-        source = shots if self._blank else f"{shots}, beside the signal"
+        source = shots if self._blank else f"{shots}, outside the harmonics"
         return replace(pooled(alike), source=source, tones_hz=_shared_tones(alike))
 
 

@@ -141,7 +141,9 @@ def _keeps_pitch(residual: Array, frequency_hz: float, rate_hz: float, level: Ar
     """No chirp and no decay in the middle of the window, beyond chance; level (channels,): noise power of a sample.
 
     With time t in windows and the window w, a tone exp((d + i k t) t) has the moments sum(w t) ~ d and
-    sum(w (t^2 - mean)) ~ i k.
+    sum(w (t^2 - mean)) ~ i k: d is the relative change of its amplitude over the window, k its chirp in rad.  The
+    channels are combined coherently, with the weights of a matched filter (`weights`); `snr` is the power of the tone
+    over that of the noise.
     """
     n = residual.shape[1]
     window, time = _window(n), np.linspace(-0.5, 0.5, n)

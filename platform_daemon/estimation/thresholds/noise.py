@@ -13,9 +13,9 @@ TONES_AND_DRIFT = covered_by("noise/test_tones_and_drift.py")
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseThresholds:
-    """How the noise beside the signal is measured."""
+    """How the noise outside the harmonics of the signal is measured."""
 
-    # Spectrum beside the signal: model.py, welch.py
+    # Spectrum outside the harmonics: model.py, welch.py
     line_significance: float = tuned(
         60.0, "1", "power of the oscillation's line over the median power, below which no signal is masked"
     )

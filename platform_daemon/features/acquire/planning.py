@@ -132,7 +132,7 @@ def plan_acquisition(
     sourced = sourced_sequence(request, specimen, catalogue, origins)
     sequence = sourced.sequence
     if sequence.repetitions + sequence.blank_shots == 0:
-        raise SequenceRejected("no shot was asked for", where="shots", remedy="ask for at least one shot or blank shot")
+        raise SequenceRejected("no shot is requested", where="shots", remedy="request at least one shot or blank shot")
     _check_side_modes(request, specimen, sequence)
     changed = _changed(request, sequence)
     planned = [excited_shot(each, side, specimen, model, computer) for each in changed or (sequence,)]

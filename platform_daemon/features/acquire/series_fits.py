@@ -56,11 +56,11 @@ class SeriesFits:
         frame = len(self.frames)
         work = partial(self._fit, job, frame, stored, temperature_c, blank=blank)
         if blank:
-            self.frames.append("no on-line fit was asked for" if self._window is None else BLANK)
+            self.frames.append("no on-line fit was requested" if self._window is None else BLANK)
             if self._window is not None:
                 self._turns.submit(work).add_done_callback(_complain)
         elif self._window is None:
-            self.frames.append("no on-line fit was asked for")
+            self.frames.append("no on-line fit was requested")
             self._turns.submit(work).add_done_callback(_complain)
         else:
             self.frames.append(self._turns.submit(work))

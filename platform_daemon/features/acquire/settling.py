@@ -73,7 +73,7 @@ def settling(plan: ShotPlan, specimen: Specimen, threshold: float, tuned: Dampin
     warning = None
     if share > threshold and tuned is None and m.lambda_per_s is None:
         warning = (
-            f"not_settled: nobody has measured how fast {specimen.name} comes to rest, so that up to {share:.1%} of "
+            f"not_settled: the damping of {specimen.name} has not been measured, so that up to {share:.1%} of "
             "the deflection may remain at the next shot; run tune, or give lambda_per_s in [measured]"
         )
     elif share > threshold:

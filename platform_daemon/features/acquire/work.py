@@ -145,8 +145,10 @@ class SeriesWork:
     def _take_up(self, job: AcquisitionJob, series: ShotSink) -> int:
         """Number of shots on disk from an earlier run; they are fitted again."""
         self._joined = series.shots
-        if (told := job.result.shots or 0) > series.shots:
-            job.warnings.append(f"resume: {told - series.shots} of {told} shots are gone from the disk, and made anew")
+        if (reported := job.result.shots or 0) > series.shots:
+            job.warnings.append(
+                f"resume: {reported - series.shots} of {reported} shots are missing on the disk, and are measured again"
+            )
         files = [series.shot_file(number) for number in range(1, series.shots + 1)]
         infos = [open_recording(file).frame_info[0] for file in files]
         reports = [shot_report(info, k + 1, k) for k, info in enumerate(infos)]
@@ -166,7 +168,7 @@ class SeriesWork:
         """Check that the transmit calibration is that of the plan: when the work is made, and when it begins."""
         if self._plan.side is not self._bench.side():
             what = "the transmit calibration has changed since the plan was made"
-            raise DeviceStateError(what, remedy="plan anew")
+            raise DeviceStateError(what, remedy="request the series again")
 
     def _rested(self, job: AcquisitionJob) -> bool:
         """Wait while the job is paused.  False: its procedure has to make the pause.  Raises Cancelled."""

@@ -99,7 +99,7 @@ class AlarmBoard:
         nothing is noted.
         """
         if not by.strip():
-            raise InputError("nobody is named", where="by", remedy="say who knows of it")
+            raise InputError("no person is named", where="by", remedy="say who knows of it")
         with self._lock:
             before = self._alarms.get(name)
             if before is None:

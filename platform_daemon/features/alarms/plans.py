@@ -24,7 +24,7 @@ def look_at_schedules(board: AlarmBoard, ask: Ask) -> str:
         board.notice("schedules", f"nothing starts by the calendar: {error}")
         return "nothing is due"
     except PlatformError:  # the alarm `hardware` reports it
-        return "nobody knows what is due next"
+        return "what is due next is not known"
     board.clear("schedules")
     _forget_removed(board, {each.id for each in found})
     _look_at_the_clock(board, found)

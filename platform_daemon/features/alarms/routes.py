@@ -27,7 +27,9 @@ def list_alarms(context: Shared, page: Paged) -> AlarmListing:
     return AlarmListing(items=tuple(page.part_of(found).values()), next=page.next)
 
 
-@router.post("/alarms/{name:path}/acknowledge", summary="Somebody knows", responses=problems(404, 409, 415, 422, 507))
+@router.post(
+    "/alarms/{name:path}/acknowledge", summary="Acknowledge an alarm", responses=problems(404, 409, 415, 422, 507)
+)
 def acknowledge_alarm(name: Name, body: Acknowledgement, context: Shared) -> Alarm:
     """Acknowledge an alarm.  It stays active until its cause is over; 409 if it is over already."""
     return context.part(AlarmBoard).acknowledge(name, body.by)

@@ -35,7 +35,8 @@ def budget(
     ] = False,
     coverage: Annotated[float, typer.Option(help="Probability of the interval value ± U.")] = 0.95,
     uncertainty: Annotated[
-        Path | None, typer.Option(help="TOML file with [uncertainty], before what the recording declares.")
+        Path | None,
+        typer.Option(help="TOML file with the table `uncertainty`; it precedes what the recording declares."),
     ] = None,
     draws: Annotated[
         float | None, typer.Option("--monte-carlo", help="Check by so many draws, as 1e5; 0: as many as needed.")

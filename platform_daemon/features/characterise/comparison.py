@@ -58,13 +58,13 @@ def compare(quantities: Sequence[Pairs], alpha: float) -> tuple[WindowComparison
     """Every quantity tested, the p values corrected for all that were."""
     rows = [_tested(pairs, alpha) for pairs in quantities]
     adjusted = iter(holm([row.p_value for row in rows if row.p_value is not None]))
-    told = []
+    corrected = []
     for row in rows:
         if row.p_value is not None:
             p = next(adjusted)
             row = row.model_copy(update={"p_adjusted": p, "significant": p < alpha})
-        told.append(row)
-    return tuple(told)
+        corrected.append(row)
+    return tuple(corrected)
 
 
 def holm(p_values: Sequence[float]) -> list[float]:

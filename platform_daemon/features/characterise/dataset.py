@@ -42,10 +42,10 @@ def orientation_reference(d30: FitReport) -> OrientationReference | None:
 
 def shot_values(reports: Iterable[FitReport], reference: OrientationReference | None) -> list[ShotValues]:
     """Of each report; the mirror solutions are chosen over all of them together."""
-    told = list(reports)
-    folded = iter(on_one_branch([frame.values for report in told for frame in report.good_frames])[0])
+    all_reports = list(reports)
+    folded = iter(on_one_branch([frame.values for report in all_reports for frame in report.good_frames])[0])
     found = []
-    for report in told:
+    for report in all_reports:
         rows = {frame.frame: next(folded) for frame in report.good_frames}
         turned = {k: [row[name] for name in RODRIGUES] for k, row in rows.items() if RODRIGUES[0] in row}
         errors: dict[int, float] = {}

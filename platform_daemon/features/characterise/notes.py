@@ -50,7 +50,7 @@ def _of_excitation(report: CharacterisationReport, info: RecordingInfo) -> Itera
 def _of_held(report: CharacterisationReport, held_by_request: bool) -> Iterator[str]:
     for name, value in report.n50.held.items():
         shown = definition_of(name)
-        source = "as asked for" if held_by_request else "the median of the D30 fits"
+        source = "as requested" if held_by_request else "the median of the D30 fits"
         yield (
             f"N50 holds {shown.symbol} at {value:.4g} {shown.display_unit}, {source}: so short a window cannot tell "
             "two losses apart (tab:model_fit_params); what it finds for the other one depends on that"

@@ -169,7 +169,7 @@ def _report(
     shown = _shown(d30)
     comparisons = compare(_pairs(short, long, held, reference), task.alpha)
     whole = dataset_of("d30", d30, long, {})
-    told = CharacterisationReport(
+    summary = CharacterisationReport(
         software_version=__version__,
         file=str(task.path),
         sample=info.sample or None,
@@ -193,7 +193,7 @@ def _report(
         d30_fits=d30,
         seconds=0.0,
     )
-    return told.model_copy(update={"notes": (*task.remarks, *notes_of(told, task.held is not None, info))})
+    return summary.model_copy(update={"notes": (*task.remarks, *notes_of(summary, task.held is not None, info))})
 
 
 def _receive_s(measurement: VoltageMeasurement, k: int) -> float:

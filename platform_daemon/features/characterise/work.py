@@ -69,9 +69,9 @@ class Characterise:
         self.remarks: tuple[str, ...] = ()
         """What is to be known of the shots, in words."""
         self._tuned: dict[str, Any] = {}
-        asked = request.acquisition.sequence.field_t
-        self._field_t = kept_t if asked is None else asked
-        self._field_from = None if asked is not None or kept_t is None else kept_from
+        requested_t = request.acquisition.sequence.field_t
+        self._field_t = kept_t if requested_t is None else requested_t
+        self._field_from = None if requested_t is not None or kept_t is None else kept_from
         self._shots = self._at(self._field_t, self._field_from if ramp is None else PROCEDURE)
 
     @property
@@ -90,8 +90,8 @@ class Characterise:
         """The shots at this field, which comes from there, None: from the request.  field_t None: what tune has found,
         else the preset's.
         """
-        asked = self.request.acquisition
-        given = asked.sequence.changes()
+        acquisition = self.request.acquisition
+        given = acquisition.sequence.changes()
         keys = self._tuned | given | ({} if field_t is None else {"field_t": field_t})
         origins = {key: Origin("tuned") for key in self._tuned if key not in given}
         if self.tune is not None and not self._tuned:  # what is planned with until it has found its own
@@ -100,7 +100,7 @@ class Characterise:
             origins["field_t"] = field_from
         elif field_t is not None:
             origins.pop("field_t", None)
-        made = AcquisitionRequest.model_validate(asked.model_dump(exclude_none=True) | {"sequence": keys})
+        made = AcquisitionRequest.model_validate(acquisition.model_dump(exclude_none=True) | {"sequence": keys})
         return Step((), made, origins=origins, name="series")
 
     def outline(self) -> Sequence[Step]:
@@ -134,9 +134,9 @@ class Characterise:
         """The shots after a ramp that has found no threshold: in the field that they would have without a ramp, but not
         above the highest that the ramp has tried.
         """
-        asked = self.request.acquisition.sequence.field_t
-        name = "the field that was requested" if asked is not None else "the preset's field"
-        if asked is None and self._kept_t is not None:
+        requested_t = self.request.acquisition.sequence.field_t
+        name = "the field that was requested" if requested_t is not None else "the preset's field"
+        if requested_t is None and self._kept_t is not None:
             name = "the field that an earlier ramp has kept"
         field_t = float(self._field_t or self._tuned.get("field_t", self._preset_t))
         said = f"the shots are made in {name}, {1e6 * field_t:.4g} uT"
@@ -225,8 +225,8 @@ class CharacteriseConclusion:
         shots = RecordedShots(recording, self.model, frames, held, self.request.alpha, remarks)
         tables = Tables(shots, with_page=self.files is not None)
         try:
-            told = partial(_other_way_round, tell)
-            report, page = self.executor.run("procedure", tables, told, job.cancel_requested)
+            report_progress = partial(_other_way_round, tell)
+            report, page = self.executor.run("procedure", tables, report_progress, job.cancel_requested)
         except TaskCancelled:
             raise Cancelled from None
         keep_tables(report, page, self.files, job)

@@ -143,8 +143,8 @@ def _span_over_r(request: DefectsRequest, specimen: Specimen | None, by_option: 
     if getattr(request, other) is not None:
         what = "a thread bearing has no cup" if bearing == "thread" else "a jewel bearing has no thread"
         _refuse(other, by_option, what, "", f"leave it out, or give {_place(key, by_option)}")
-    asked = getattr(request, key)
-    value = own_span_over_r(bearing, specimen) if asked is None else float(asked)
+    requested = getattr(request, key)
+    value = own_span_over_r(bearing, specimen) if requested is None else float(requested)
     if bearing == "jewel" and not value > 1:
         what = f"the rotor does not rest in a cup of radius {value:g} r"
         convex = "a negative radius is a convex jewel, on which no position of rest is stable"

@@ -46,14 +46,14 @@ def force_curves(defect: CheckedDefect, specimen: Specimen | None = None) -> For
     More than MOST_CURVES deflections become a fine grid from the smallest to the largest.  `specimen`: whose
     defect it is; None: the paper's design point.
     """
-    asked = defect.request
-    largest = max(map(abs, asked.sizes)) or 1.0
+    request = defect.request
+    largest = max(map(abs, request.sizes)) or 1.0
     size = np.linspace(0, largest, POINTS)
-    phi = np.unique(asked.phi_deg)
+    phi = np.unique(request.phi_deg)
     if phi.size > MOST_CURVES:
         phi = np.linspace(phi[0], phi[-1], POINTS)
-    family_phi = 30.0 if 30.0 in asked.phi_deg else float(asked.phi_deg[-1])
-    spans = tuple(sorted({*SPANS[asked.bearing], defect.span_over_r}))
+    family_phi = 30.0 if 30.0 in request.phi_deg else float(request.phi_deg[-1])
+    spans = tuple(sorted({*SPANS[request.bearing], defect.span_over_r}))
     family = [_forces(_with_span(defect, s), size, np.array([family_phi]))[:, 0] for s in spans]
     force, weight = _forces(defect, size, phi), numbers_of(specimen).f_g_n
     return ForceCurves(defect, size, phi, force, spans, family_phi, np.stack(family, axis=1), weight)

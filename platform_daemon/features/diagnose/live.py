@@ -56,13 +56,13 @@ def _wait(job: AcquisitionJob) -> None:
 class Callbacks:
     """How the loop talks: `acquired` waits for a job and shows it, `tell` shows a diagnosis, `say` prints a line.
 
-    asked: requests a manual step from the operator; True: it is done, False: skip it.
+    confirmed: asks the operator for a manual step; True: it is done, False: skip it.
     """
 
     acquired: Callable[[AcquisitionJob], None] = _wait
     tell: ProgressCallback = lambda what, share: None
     say: Callable[[str], None] = lambda text: None
-    asked: Callable[[Measurement], bool] = lambda step: False
+    confirmed: Callable[[Measurement], bool] = lambda step: False
 
 
 @dataclass
@@ -206,7 +206,7 @@ class LiveDiagnosis:
         """Ask for a manual step once."""
         if step.key in self._done or step.key in self.left:
             return False
-        if step.key in NEVER_AT_ONCE or not self.callbacks.asked(step):
+        if step.key in NEVER_AT_ONCE or not self.callbacks.confirmed(step):
             self.left[step.key] = step.what
             return False
         self._done[step.key] = 1

@@ -178,7 +178,7 @@ def _check(measurement: Measurement, *, angle: bool, volts: bool) -> None:
         raise RecordingError(
             "has no sensitivity",
             where=f"{where}: /calibration/sensitivity",
-            why="dm/dt was asked for, or the first file is calibrated, and volts alone do not tell dm/dt",
+            why="dm/dt was requested, or the first file is calibrated, and volts alone do not tell dm/dt",
             remedy="give a calibration (--calibration), or diagnose volts by themselves, without --observable",
         )
     elif measurement.calibration is not None and volts:

@@ -143,10 +143,10 @@ def _lines(report: DiagnosisReport) -> list[str]:
     lines += [f"  not accepted: {tentative_line(t)}" for t in report.tentative or ()]
     lines.append(held_out_line(report))
     if report.model_after is not None:
-        lines.append(f"after: {report.model_after}")
+        lines.append(f"model after the diagnosis: {report.model_after}")
     if not report.effects and report.verdict != "nothing_missing":
         ranked = ", ".join(f"{t.id} (gain {plain(t.gain, '-')})" for t in report.ranking[:_LIKELY])
-        lines.append(f"closest names beside the declared model: {ranked}")
+        lines.append(f"closest names beyond the declared model: {ranked}")
     lines += [f"integrity: {flaw.id}: {flaw.where}" for flaw in report.integrity]
     lines += [f"next: {next_line(n)}" for n in report.next_measurements[:_LIKELY]]
     lines += [f"note: {note}" for note in report.notes]

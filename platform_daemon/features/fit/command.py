@@ -34,7 +34,7 @@ class HeldOptions:
 
     fix: FixOption = None
     hint: Annotated[
-        list[str] | None, typer.Option("--hint", help="Hold the loss NAME=VALUE where the window cannot tell it.")
+        list[str] | None, typer.Option("--hint", help="Hold the loss NAME=VALUE where the window cannot determine it.")
     ] = None
 
 
@@ -67,7 +67,9 @@ def fit(
     frames: FramesOption = None,
     step: StepOrAllOption = None,
     held: HeldOptions,
-    derived: Annotated[bool, typer.Option("--derived", help="Q, equivalent Q, orientation errors, Allan.")] = False,
+    derived: Annotated[
+        bool, typer.Option("--derived", help="Add Q, equivalent Q, orientation errors, Allan deviation.")
+    ] = False,
     result: TableOptions,
     batch: BatchOptions,
 ) -> None:

@@ -37,11 +37,11 @@ Model = str | RingDownModel
 
 def derived_report(model: Model, frames: Sequence[FrameFit], times_s: Sequence[float | None]) -> DerivedReport:
     """Of every frame and of the series; times_s: see series_quantities."""
-    told = [(frame.frame, frame_quantities(model, frame)) for frame in frames]
+    by_frame = [(frame.frame, frame_quantities(model, frame)) for frame in frames]
     return DerivedReport(
         frames=tuple(
             UnfittedFrameQuantities(frame=k) if isinstance(q, NoResult) else FittedFrameQuantities(frame=k, **dict(q))
-            for k, q in told
+            for k, q in by_frame
         ),
         **dict(series_quantities(frames, times_s)),
     )

@@ -197,8 +197,8 @@ def file_report(
 
 def _systematic_summary(frames: Sequence[FrameFit]) -> dict[str, float]:
     """The calibration's share in the error of each mean: the same in all frames, so that no mean makes it less."""
-    told = [f.systematic_std for f in frames if f.systematic_std]
-    return {name: fmean(std[name] for std in told) for name in (told[0] if told else ())}
+    systematic = [f.systematic_std for f in frames if f.systematic_std]
+    return {name: fmean(std[name] for std in systematic) for name in (systematic[0] if systematic else ())}
 
 
 def _noise_report(frames: Sequence[FrameFit]) -> NoiseReport:

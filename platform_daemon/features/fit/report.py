@@ -98,7 +98,7 @@ def _notes(report: FitReport) -> list[str]:
         std = 1e3 * report.systematic_std[MOMENT]
         lines.append(f"m_r has a systematic standard uncertainty of {std:.2g} mAm² besides, from the calibration")
     if report.noise.source is not None:
-        lines.append(f"noise from {report.noise.source}, found in {report.noise.seconds:.3f} s beside the fits")
+        lines.append(f"noise from {report.noise.source}; measuring it took {report.noise.seconds:.3f} s")
     lines += _series_lines(report.derived) + frame_notes(report.frames)
     return [*lines, value_sources_text(report.value_sources)] if report.value_sources else lines
 

@@ -66,8 +66,8 @@ def get_envelopes(
     if chosen is None or not chosen.good:
         why = "it does not exist" if chosen is None else chosen.reason or ""
         raise InputError("the frame has no fit", where=where, why=why, remedy="choose a frame that is good")
-    asked = chosen, report.variant, Library(context.folders.models), points, where
-    return context.run(Call(preview_envelopes, asked))
+    arguments = chosen, report.variant, Library(context.folders.models), points, where
+    return context.run(Call(preview_envelopes, arguments))
 
 
 def _report(identifier: str, context: Context) -> tuple[FitReport, str]:
@@ -191,7 +191,7 @@ def predict(body: PredictionRequest, context: Shared) -> PredictionReport:
 
     specimen = context.catalogue.resonators.named(body.resonator)
     deflection = body.phi_max_rad or math.radians(PAPER_DEFLECTION_DEG[specimen.variant])
-    asked = {
+    arguments = {
         "phi_max_rad": deflection,
         "noise_am2_per_s": body.noise_am2_per_s,
         "sampling_rate_hz": body.sampling_rate_hz,
@@ -199,7 +199,7 @@ def predict(body: PredictionRequest, context: Shared) -> PredictionReport:
         "variant": checked_variant(body.variant or specimen.variant, body.terms),
         "expected": body.expected,
     }
-    return context.run(Call(planned_precision, (specimen, body.windows), asked))
+    return context.run(Call(planned_precision, (specimen, body.windows), arguments))
 
 
 def _computed(context: Context, identifier: str, frame: int, what: Callable[..., FoundT], *how: object) -> FoundT:

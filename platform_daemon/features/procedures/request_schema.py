@@ -14,7 +14,7 @@ def _of_every_step(acquisition: AcquisitionRequest) -> AcquisitionRequest:
     if acquisition.shot_changes is not None:
         raise ValueError("the shots of a step are alike, for some may be repeated: sweep the keys of shot_changes")
     if acquisition.priority:
-        raise ValueError("its steps have the priority of the procedure: give `priority` beside `acquisition`")
+        raise ValueError("its steps have the priority of the procedure: give `priority` next to `acquisition`")
     return acquisition
 
 

@@ -50,9 +50,9 @@ class StepAttempts:
     @property
     def left(self) -> tuple[int, int]:
         """(excited, blank) shots that are still to be made; a refused blank shot is not made again."""
-        asked = self.step.acquisition
+        acquisition = self.step.acquisition
         blank = sum(min(job.result.shots or 0, job.request.blank_shots) for job in self.jobs)
-        return asked.shots - (self.shots - blank - self.refused), asked.blank_shots - blank
+        return acquisition.shots - (self.shots - blank - self.refused), acquisition.blank_shots - blank
 
     def report(self, fits: Fits, ended: datetime, last_shot: Path) -> StepReport:
         """What the step has brought; last_shot: the file of its last shot."""

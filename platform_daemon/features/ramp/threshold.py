@@ -1,6 +1,6 @@
 """Where the z residual passes the visible level, as far as the shots so far tell: a posterior of the threshold field.
 
-The logarithm of the z residual is a Gaussian process in the field: a straight growth of unknown slope, and beside it
+The logarithm of the z residual is a Gaussian process in the field: a linear growth of unknown slope, plus
 what is neither straight nor steady (an upper roll mode that locks and lets go makes the thread's z fall now and then).
 The threshold is where a path first passes the level, so that a path that falls again does not unmake it.
 """

@@ -43,7 +43,7 @@ OPERATING_SHARE = 0.8
 _START_SHARE = 0.5  # of the preset's field
 _LONGEST_RX_S = 2.0  # side modes have decayed by then
 _NEVER_RINGS = 3  # shots
-_LEARN = 3  # blank shots, which tell the noise: side modes begin far below where they are seen
+_LEARN = 3  # blank shots, in which the noise is measured: side modes begin far below where they are seen
 _MULTIPLES: tuple[tuple[int, Literal["f", "2f", "3f"]], ...] = ((1, "f"), (2, "2f"), (3, "3f"))
 _NEAR = 0.03  # relative, of a multiple of the main mode
 _SATURATED = 0.5  # growth of the deflection over that of the field
@@ -179,14 +179,14 @@ class Ramp:
         return fields[bisect_left(fields, True, key=refused) - 1], "envelope"
 
     def _step(self, field_t: float, blank: int) -> Step:
-        asked = self._given | {"field_t": field_t}
-        asked |= {k: v for k, v in (("rx_s", self._rx_s), ("pause_s", self._pause_s)) if k not in self._given}
+        sequence = self._given | {"field_t": field_t}
+        sequence |= {k: v for k, v in (("rx_s", self._rx_s), ("pause_s", self._pause_s)) if k not in self._given}
         tables = self.request.acquisition.model_dump(exclude_none=True) | {
-            "sequence": asked, "shots": 1, "blank_shots": blank,
+            "sequence": sequence, "shots": 1, "blank_shots": blank,
         }  # fmt: skip
         made = AcquisitionRequest.model_validate(tables)
         # Until something rings a shot is listened to: what moves in many ways at once is not fitted, but rings.
-        near_hz = None if self._known else asked.get("f_tx_hz", self._f_tx_hz)
+        near_hz = None if self._known else sequence.get("f_tx_hz", self._f_tx_hz)
         origins = dict.fromkeys(self._tuned, Origin("tuned")) | {
             k: PROCEDURE for k in ("field_t", "rx_s", "pause_s") if k == "field_t" or k not in self._given
         }
@@ -321,13 +321,13 @@ class Ramp:
 
 def ramp_of(bench: ProcedureBench, request: RampRequest) -> Ramp:
     """The procedure, also as a part of a characterisation.  Raises InputError."""
-    asked = request.acquisition
-    planned = bench.plan_series(asked.model_copy(update={"beyond_side_modes": True}))
+    acquisition = request.acquisition
+    planned = bench.plan_series(acquisition.model_copy(update={"beyond_side_modes": True}))
     limit_t, earlier = planned.side.limits.max_field_t, planned.specimen.side_modes
     bound: RampBound = "platform_limit"
-    if earlier is not None and not asked.beyond_side_modes and earlier.max_field_t < limit_t:
+    if earlier is not None and not acquisition.beyond_side_modes and earlier.max_field_t < limit_t:
         limit_t, bound = earlier.max_field_t, "earlier_ramp"
-    plain = asked.model_copy(update={"beyond_side_modes": True, "sequence": SequencePatch()})
+    plain = acquisition.model_copy(update={"beyond_side_modes": True, "sequence": SequencePatch()})
     preset = bench.plan_series(plain).sequence
     basis = RampBasis(
         sequence=planned.sequence,
@@ -336,7 +336,7 @@ def ramp_of(bench: ProcedureBench, request: RampRequest) -> Ramp:
         period_s=preset.rx_s + preset.pause_s,
         check=bench.plan_series,
     )
-    keep = _keep(bench, asked.resonator, planned.specimen)
+    keep = _keep(bench, acquisition.resonator, planned.specimen)
     return Ramp(request, basis, keep, ComputedSideModes(bench.engine.computing))
 
 

@@ -42,9 +42,9 @@ def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -
 def plot(
     file: Path,
     frame: Annotated[int, typer.Option(min=0, help="Frame, from 0.")] = 0,
-    png: Annotated[Path | None, typer.Option(help="PNG to write; default: beside the recording.")] = None,
+    png: Annotated[Path | None, typer.Option(help="PNG to write; default: next to the recording.")] = None,
     interactive: Annotated[
-        bool, typer.Option("--interactive", help="Write a page to zoom in, beside the recording, and open it.")
+        bool, typer.Option("--interactive", help="Write a page to zoom in next to the recording, and open it.")
     ] = False,
     variant: VariantOption = None,
     term: TermOption = None,

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
+from platform_daemon.core.recordings.column_file import is_column_file
 from platform_daemon.core.schemas.control_characters import printable
 from platform_daemon.core.schemas.recordings import CalibrationInfo, ExcitationInfo, FrameDescription, RecordingInfo
 from platform_daemon.core.schemas.value_sources import value_sources_text
 
 MOST_SHOTS = 200  # shown one by one
 _AXES = ("x", "y", "z")
+_IS_DMDT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+"""Sensitivity, T/A, of samples that are dm/dt; no coils have it, a tesla per ampere is some 25 times theirs."""
+_LAYOUTS = {"own": "layout of this software", "minimal": "public MMR layout"}
 
 
 def print_recording(info: RecordingInfo) -> None:
@@ -20,7 +25,9 @@ def print_recording(info: RecordingInfo) -> None:
     console = Console(markup=False, highlight=False)
     console.print(_facts(info))
     console.print(_windows(info))
-    if info.calibration is not None:
+    if info.calibration is not None and info.calibration.sensitivity == _IS_DMDT:
+        console.print("the samples are dm/dt in A m²/s already, along x, y and z; there is no calibration")
+    elif info.calibration is not None:
         console.print(f"calibration {printable(info.calibration.id or 'without a name')}: sensitivity / mT A⁻¹")
         console.print(_sensitivity(info.calibration, info.channel_names))
         console.print(printable(_validity(info.calibration)))
@@ -37,7 +44,7 @@ def print_recording(info: RecordingInfo) -> None:
 
 def _facts(info: RecordingInfo) -> Table:
     rows = {
-        "file": f"{info.file} ({info.size_bytes / 1e6:.3g} MB, {info.layout} layout)",
+        "file": f"{info.file} ({info.size_bytes / 1e6:.3g} MB, {_kind(info)})",
         "title": info.title,
         "resonator": info.variant,
         "sample": info.sample,
@@ -47,7 +54,7 @@ def _facts(info: RecordingInfo) -> Table:
         "frames": _counted(info),
         "incomplete": info.incomplete,
         "channels": f"{info.channels} ({', '.join(info.channel_names)})" if info.channel_names else str(info.channels),
-        "sampling rate": f"{info.rate_hz:.8g} Hz ({info.base_frequency_hz:.9g} Hz / {info.decimation})",
+        "sampling rate": _rate(info),
         "platform": info.platform,
         **info.devices,
         "software": info.software_version,
@@ -60,6 +67,15 @@ def _facts(info: RecordingInfo) -> Table:
         if text:
             table.add_row(printable(name), printable(text))
     return table
+
+
+def _kind(info: RecordingInfo) -> str:
+    return "table" if is_column_file(Path(info.file)) else _LAYOUTS[info.layout]
+
+
+def _rate(info: RecordingInfo) -> str:
+    decimated = f" ({info.base_frequency_hz:.9g} Hz / {info.decimation})" if info.decimation > 1 else ""
+    return f"{info.rate_hz:.8g} Hz{decimated}"
 
 
 def _started(info: RecordingInfo) -> str | None:

@@ -59,7 +59,7 @@ def opened(identifier: str, context: Shared) -> Recording:
 
 @router.get("", summary="All recordings", responses={**NEXT, **problems(422, 503)})
 def list_recordings(
-    context: Shared, page: Paged, asked: Annotated[RecordingQuery, Depends()], newest: Newest = False
+    context: Shared, page: Paged, query: Annotated[RecordingQuery, Depends()], newest: Newest = False
 ) -> RecordingListing:
     """Every recording, and every file that cannot be read with the reason; by name, page by page.
 
@@ -68,7 +68,7 @@ def list_recordings(
     """
     from platform_daemon.features.trends.indexed import known_entries
 
-    only, folder = asked.files(context), context.folders.recordings
+    only, folder = query.files(context), context.folders.recordings
     found = recordings_in(
         folder,
         after=page.after or "",

@@ -1,4 +1,4 @@
-"""Reproduce: both resonators are measured as in the paper, and its numbers stand beside ours."""
+"""Reproduce: both resonators are measured as in the paper, and its numbers are compared with the measured ones."""
 
 from platform_daemon.core.registry import Command, Feature
 
@@ -7,7 +7,7 @@ FEATURE = Feature(
         Command(
             name="reproduce",
             attribute="reproduce",
-            help="Measure both resonators as in the paper, and write each of its numbers beside ours with a verdict.",
+            help="Measure both resonators as in the paper, and compare each of its numbers with the measured one.",
         ),
     ),
 )

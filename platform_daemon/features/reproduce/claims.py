@@ -41,7 +41,7 @@ _JEWEL_D30 = {
 
 
 def claims_of(found: Findings) -> Claims:
-    """Every number of the paper beside ours."""
+    """Every number of the paper, compared with the measured one."""
     return Claims(claims=tuple(_claim(number, found) for number in paper_numbers()))
 
 

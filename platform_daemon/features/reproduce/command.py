@@ -1,4 +1,4 @@
-"""`platform-daemon reproduce`: both resonators as in the paper, and its numbers beside ours."""
+"""`platform-daemon reproduce`: both resonators as in the paper, and its numbers compared with the measured ones."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def reproduce(
     kept: KeptOptions,
     where: PlatformOptions,
 ) -> None:
-    """Measure both resonators as in the paper, and write each of its numbers beside ours with a verdict."""
+    """Measure both resonators as in the paper, and compare each of its numbers with the measured one."""
     from platform_daemon import __version__
 
     from .schema import Campaign

@@ -56,6 +56,7 @@ def _lambda(ratio: float, found: Findings) -> Value:
 
 
 def _design() -> Iterator[PaperNumber]:
+    """Numbers of the design equations: LaTeX label, name, the paper's number, ours, printed decimals, command."""
     yield printed("eq:m_r", "m_r / mAm2", 14.6, lambda found: Value(1e3 * found.design.m_r_am2), 1, DESIGN)
     yield printed("eq:fnat", "f_nat / Hz", 229.3, lambda found: Value(found.design.f_nat_hz), 1, DESIGN)
     yield printed("eq:fm(phi)", "F_m / mN", 131.5, lambda found: Value(1e3 * found.design.f_m_n), 1, DESIGN)
@@ -218,6 +219,7 @@ def _parameters(variant: str, window: str) -> Iterator[PaperNumber]:
 
 
 def _significance(variant: str) -> Iterator[PaperNumber]:
+    """For each parameter, whether its means over N50 and D30 differ significantly."""
     same = {"lambda_per_s", "psi_start_rad"} if variant == "jewel" else {"lambda_per_s"}
     for name, (shown, _) in _PARAMETERS.items():
         if (variant == "thread" and name == "tf_over_i_rad_per_s2") or (variant == "jewel" and name == "lambda_per_s"):

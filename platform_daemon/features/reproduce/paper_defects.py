@@ -68,10 +68,10 @@ def defect_numbers() -> Iterator[PaperNumber]:
             DEFECTS,
         )
         name = "R/r" if bearing == "jewel" else "l/r"
-        told = ", ".join(f"{span:.3g}" for span in spans)
+        listed = ", ".join(f"{span:.3g}" for span in spans)
         yield statement(
             label,
-            f"{bearing}: F_perp rises with {name} ({told})",
+            f"{bearing}: F_perp rises with {name} ({listed})",
             "yes",
             partial(_rises, bearing, "stator_tilt", spans, falls=False),
             DEFECTS,
@@ -86,7 +86,7 @@ def defect_numbers() -> Iterator[PaperNumber]:
         )
         yield statement(
             "fig:F_tan_over_delta_y",
-            f"{bearing}: of a lateral displacement F_perp falls with {name} ({told})",
+            f"{bearing}: of a lateral displacement F_perp falls with {name} ({listed})",
             "yes",
             partial(_rises, bearing, "lateral", spans, falls=True),
             DEFECTS,

@@ -1,4 +1,4 @@
-"""The numbers of the paper beside ours."""
+"""The numbers of the paper and the measured ones."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ClaimVerdict = TypeAliasType("ClaimVerdict", Literal["agrees", "differs", "not_r
 
 
 class Claim(Schema):
-    """A number of the paper, or a statement ("yes" or "no"), beside ours."""
+    """A number of the paper, or a statement ("yes" or "no"), and the measured one."""
 
     label: str
     """LaTeX label of the equation, table, figure or section in the paper."""

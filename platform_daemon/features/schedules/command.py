@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 schedule_app = typer.Typer(help="Schedules of a running daemon: work by the calendar, and the ledger of its starts.")
 DataOption = Annotated[Path, typer.Option("--data", help="Data folder of the daemon.")]
-NameArgument = Annotated[str, typer.Argument(help="What people call it.")]
+NameArgument = Annotated[str, typer.Argument(help="Name of the schedule.")]
 IdArgument = Annotated[str, typer.Argument(help="Id of the schedule, as `schedule list` shows it.")]
 EveryOption = Annotated[float | None, typer.Option("--every-s", help="Interval, s.")]
 CronOption = Annotated[str | None, typer.Option("--cron", help="Five fields: minute, hour, day, month, weekday.")]
@@ -33,7 +33,8 @@ WorkOption = Annotated[
     Path | None, typer.Option("--work", help="File with `kind` and `request` of the work, JSON or TOML.")
 ]
 ResonatorOption = Annotated[
-    list[str] | None, typer.Option("--resonator", help="In the place of --work: a series of it; several: in turn.")
+    list[str] | None,
+    typer.Option("--resonator", help="In place of --work: a series of this resonator; several: in rotation."),
 ]
 ShotsOption = Annotated[int, typer.Option("--shots", help="Shots of that series.")]
 JitterOption = Annotated[float, typer.Option("--jitter-s", help="Each start is put off by up to this, s.")]
@@ -42,7 +43,9 @@ PolicyOption = Annotated[str, typer.Option("--policy", help="Of starts that wait
 PriorityOption = Annotated[int, typer.Option("--priority", help="Of several that wait the highest begins first.")]
 StartOption = Annotated[str | None, typer.Option("--start", help="Nothing is due before it, ISO 8601; default: now.")]
 UntilOption = Annotated[str | None, typer.Option("--until", help="Nothing is due after it, ISO 8601.")]
-FailuresOption = Annotated[int, typer.Option("--max-failures", help="So many in a row switch it off.")]
+FailuresOption = Annotated[
+    int, typer.Option("--max-failures", help="Failures in a row after which the schedule is suspended.")
+]
 DATA = Path("data")
 
 
@@ -214,7 +217,7 @@ def _trigger(
 def _work(file: Path | None, resonators: list[str] | None, shots: int) -> dict[str, Any]:
     """`work` and `resonators`.  Raises InputError for a file that cannot be read, if both are given or none is."""
     if (file is None) == (not resonators):
-        remedy = "give --work FILE or --resonator NAME; a file names `resonators` beside `kind` and `request`"
+        remedy = "give --work FILE or --resonator NAME; a file names `resonators` next to `kind` and `request`"
         raise InputError("one work is needed", where="--work, --resonator", remedy=remedy)
     if file is None:
         assert resonators

@@ -37,7 +37,7 @@ CREATE INDEX open_rows ON rows (schedule, due) WHERE state IN ('due', 'started')
     check_content=True,
     remedy="free or repair the disk; nothing was started, it is tried again",
 )
-STARTED_BY_HAND = "asked for"
+STARTED_BY_HAND = "requested"
 """The reason of a row of a start by hand."""
 
 

@@ -80,7 +80,7 @@ def resume_schedule(identifier: ScheduleId, context: Shared, body: Confirmed = C
 
 @router.post("/{identifier}/run", summary="Start it once, now", status_code=202, responses=COMMANDS)
 def run_schedule(identifier: ScheduleId, context: Shared, body: Confirmed = CONFIRMED) -> LedgerRow:
-    """Beside its trigger; 409 while the platform is busy."""
+    """In addition to its trigger; 409 while the platform is busy."""
     return schedules(context).run(identifier)
 
 

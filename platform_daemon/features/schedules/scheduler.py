@@ -279,7 +279,7 @@ class Scheduler:
         if off is None and record.failures + 1 >= record.request.max_failures:
             off = f"{record.failures + 1} failures in a row, the last: {why}"
         self._ledger.end(row, "failed", now, reason=why, recording=recording, off=off)
-        silent = "" if off is None else ". The schedule is switched off until somebody resumes it"
+        silent = "" if off is None else ". The schedule is suspended until it is resumed"
         self._tell(_event(row, "failed", f"{why.rstrip('.')}{silent}", active=record.off is None))
         if off is not None:
             log.error("schedule_switched_off", schedule=row.schedule, reason=off)

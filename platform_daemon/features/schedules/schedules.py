@@ -79,7 +79,7 @@ class Schedules:
         self._lock = threading.Lock()  # of the ledger
         self._open_ledger: Ledger | None = None
         self._open_scheduler: Scheduler | None = None
-        self._refusal = StorageError("the schedules are being opened", remedy="ask again in some seconds")
+        self._refusal = StorageError("the schedules are being opened", remedy="repeat the request in some seconds")
         self._ended = threading.Event()
         self._closed = False
         self._thread: threading.Thread | None = None

@@ -107,7 +107,7 @@ class ScheduleRequest(Request):
     model_config = ConfigDict(json_schema_extra=example("schedule_request"))
 
     name: Annotated[str, Field(min_length=1, max_length=100), OneLine]
-    """What people call it, one line."""
+    """Name of the schedule, one line."""
     trigger: TriggerRequest
     """When it is due."""
     work: AnyWorkRequest
@@ -134,7 +134,7 @@ class ScheduleRequest(Request):
     @model_validator(mode="after")
     def _one_priority(self) -> ScheduleRequest:
         if getattr(getattr(self.work, "request", None), "priority", 0):
-            raise ValueError("its jobs have the priority of the schedule: give `priority` beside `work`")
+            raise ValueError("its jobs have the priority of the schedule: give `priority` next to `work`")
         return self
 
 

@@ -10,7 +10,7 @@ from .schema import LedgerRow, Schedule
 
 def unreadable(schedule: UnreadableSchedule) -> Schedule:
     """A schedule that another version has written, as a client sees it."""
-    remedy = "remove it and add it anew, or go back to the version that made it"
+    remedy = "remove it and add it again, or go back to the version that made it"
     return Schedule(
         id=schedule.id,
         request=None,

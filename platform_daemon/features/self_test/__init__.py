@@ -14,7 +14,7 @@ FEATURE = Feature(
         "failed.",
         title="Is the chain as it should be?",
         about="""
-            Queue a self-test: a low tone on each coil, measured by its leakage through the open receive contacts.
+            Queue a self-test: a weak tone on each coil, measured by its leakage through the open receive contacts.
 
             It waits its turn, and is made even where the platform file switches it off before series.  A chain that
             is not as the platform file says is a job that has failed with `self-test-failed`, which names what is
@@ -28,7 +28,7 @@ FEATURE = Feature(
         Command(
             name="self-test",
             attribute="self_test",
-            help="Play a low tone on each coil and measure its leakage: tests cables, polarity, gain and switch.",
+            help="Play a weak tone on each coil and measure its leakage: tests cables, polarity, gain and switch.",
         ),
     ),
 )

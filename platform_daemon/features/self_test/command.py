@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @option_groups
 def self_test(where: PlatformOptions, result: ResultOptions) -> None:
-    """Play a low tone on each coil and measure its leakage: tests cables, polarity, gain and switch."""
+    """Play a weak tone on each coil and measure its leakage: tests cables, polarity, gain and switch."""
     from platform_daemon.core.command_line.jobs import run_job
 
     from .schema import SelfTestReport, SelfTestRequest

@@ -9,7 +9,7 @@ from platform_daemon.core.schemas.text import Line, Text
 
 
 class SelfTestRequest(QueuedRequest):
-    """A self-test now: a low tone per coil, as the table `[self_test]` of the platform file says."""
+    """A self-test now: a weak tone per coil, as the table `[self_test]` of the platform file says."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"operator": "DC", "comment": "after new cables"}]})
 

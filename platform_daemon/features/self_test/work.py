@@ -1,4 +1,4 @@
-"""The self-test, before a series and as a job: a low tone per coil, measured by the leakage of the receive contacts.
+"""The self-test, before a series and as a job: a weak tone per coil, measured by the leakage of the receive contacts.
 
 While a coil is driven the receiver is disconnected, but the isolation of a switch is finite, some 80 dB: what leaks
 into the coil's own channel passes every cable of the chain but those to the coil itself

@@ -30,10 +30,10 @@ class SweepKey:
     path: tuple[str, ...]
     per_unit: float | None = None
 
-    def value(self, asked: Any) -> Any:
+    def value(self, given_value: Any) -> Any:
         """In the unit of the acquisition."""
-        scaled = self.per_unit is not None and isinstance(asked, int | float)
-        return asked / self.per_unit if scaled else asked
+        scaled = self.per_unit is not None and isinstance(given_value, int | float)
+        return given_value / self.per_unit if scaled else given_value
 
 
 @cache
@@ -85,9 +85,9 @@ def sweep_key(name: str) -> SweepKey:
 def with_values(request: AcquisitionRequest, values: dict[SweepKey, Any], where: str) -> AcquisitionRequest:
     """The request with other values of these keys.  Raises ConfigError that names `where` for one that cannot be."""
     table: dict[str, Any] = request.model_dump()
-    for key, asked in values.items():
+    for key, given_value in values.items():
         place = table
         for part in key.path[:-1]:
             place = place[part]
-        place[key.path[-1]] = key.value(asked)
+        place[key.path[-1]] = key.value(given_value)
     return validated(AcquisitionRequest, table, where)

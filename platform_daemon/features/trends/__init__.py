@@ -15,7 +15,7 @@ FEATURE = Feature(
         Command(
             name="index",
             attribute="index_app",
-            help="The index of the recordings, which trends are made from; it is made of the files.",
+            help="The index of recordings, from which trends are computed; it can be rebuilt.",
         ),
     ),
 )

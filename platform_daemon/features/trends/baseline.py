@@ -74,6 +74,7 @@ def _read(folder: Path) -> Baselines:
     except FileNotFoundError:
         return Baselines({})
     except (OSError, ValueError) as error:
-        what, remedy = "what was accepted of specimens cannot be read", "correct the file, or delete it and accept anew"
+        what = "the accepted states of specimens cannot be read"
+        remedy = "correct the file, or delete it and accept the state again"
         why = str(error).splitlines()[0]
         raise StorageError(what, where=str(folder / BASELINES), why=why, remedy=remedy) from None

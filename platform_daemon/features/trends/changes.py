@@ -82,7 +82,7 @@ def _named(change: _Noticed, moves: Mapping[str, float]) -> tuple[ChangeName, tu
     if quantity.startswith("noise_") and up:
         along = tuple(n for n in (*noises, "nrmse") if n != quantity and moves.get(n, 0.0) > _MOVED)
         channels = ", ".join(sorted(n.split("_")[1] for n in {quantity, *noises}))
-        return "noise_source", along, f"noise beside the ring-down has grown on {channels}. Find what was switched on"
+        return "noise_source", along, f"noise outside the ring-down has grown on {channels}. Find what was switched on"
     if quantity == "nrmse" and up and noises:
         return "noise_source", noises, "the residual and the noise grow together. Find what was switched on"
     if quantity == "nrmse" and up:
@@ -93,7 +93,7 @@ def _named(change: _Noticed, moves: Mapping[str, float]) -> tuple[ChangeName, tu
         return "turned", along, "the rotor lies in another direction. Check the mount"
     if quantity == "m_r_am2":
         what = "m_r has changed and f_nat has not: a gain, a coil or the calibration, rather than the magnet"
-        return "gain_or_calibration", (), f"{what}. Calibrate anew"
+        return "gain_or_calibration", (), f"{what}. Calibrate again"
     symbol = definition_of(quantity).symbol
     return "drift", (), f"{symbol} has {'risen' if up else 'fallen'}. Compare recordings from before and after"
 

@@ -14,7 +14,7 @@ from platform_daemon.core.command_line.csv_table import write_csv
 from platform_daemon.core.command_line.options import CsvOption, ForceOption, JsonOption, StepOption
 from platform_daemon.core.command_line.output import must_not_exist, write_json
 
-index_app = typer.Typer(help="The index of the recordings, which trends are made from; it is made of the files.")
+index_app = typer.Typer(help="The index of recordings, from which trends are computed; it can be rebuilt.")
 FolderOption = Annotated[Path, typer.Option("--recordings", help="Folder of the recordings.")]
 FOLDER = Path("data/recordings")
 FALSE_ALARM = 20_000.0
@@ -23,7 +23,9 @@ FALSE_ALARM = 20_000.0
 def trend(
     specimen: Annotated[str, typer.Argument(help="Name of the sample, or of the resonator if none was given.")],
     recordings: FolderOption = FOLDER,
-    since: Annotated[str | None, typer.Option(help="Begin there, ISO 8601: also the charts begin anew.")] = None,
+    since: Annotated[
+        str | None, typer.Option(help="Begin there, ISO 8601; the control charts restart there, too.")
+    ] = None,
     until: Annotated[str | None, typer.Option(help="End there, ISO 8601.")] = None,
     step: StepOption = None,
     points_to_false_alarm: Annotated[
@@ -31,10 +33,12 @@ def trend(
     ] = FALSE_ALARM,
     accept: Annotated[
         str | None,
-        typer.Option(help="Accept it as it is, from --since or its next recording on, and why: charts begin anew."),
+        typer.Option(
+            help="Accept it as it is, from --since or its next recording on, and why: the control charts restart."
+        ),
     ] = None,
     by: Annotated[str, typer.Option(help="Who accepts it.")] = "",
-    png: Annotated[Path | None, typer.Option(help="Draw it.")] = None,
+    png: Annotated[Path | None, typer.Option(help="Picture of the trend to write.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write the points as a table.")] = None,
     json_file: JsonOption = None,
     force: ForceOption = False,
@@ -68,7 +72,7 @@ def _check_accepted(why: str | None, by: str) -> None:
     if why is not None and not why.strip():
         raise InputError("says no reason", where="--accept", remedy="say why it is accepted: --accept 'new jewel'")
     if why is not None and not by.strip():
-        raise InputError("nobody is named", where="--by", remedy="say who accepts it: --by NAME")
+        raise InputError("no person is named", where="--by", remedy="say who accepts it: --by NAME")
 
 
 def _accept(folder: Path, specimen: str, keys: dict[str, str]) -> None:
@@ -103,7 +107,7 @@ def find(
     csv_file: CsvOption = None,
     force: ForceOption = False,
 ) -> None:
-    """List the files of what is looked for, one a line."""
+    """List the files of the recordings that meet all conditions, one a line."""
     from platform_daemon.core.recordings.indexed import Wanted
 
     from .indexed import find_recordings, summaries_of

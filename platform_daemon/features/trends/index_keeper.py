@@ -46,7 +46,7 @@ class TrendKeeper:
     def catch_up(self, timeout_s: float = _PATIENCE_S) -> None:
         """Wait until the recordings that are in the folder now are indexed, or for `timeout_s`.
 
-        Whoever has just measured finds the recording then, without asking twice.
+        A client that has just measured then finds the recording with its first request.
         """
         try:
             if self._folder.stat().st_mtime_ns == self._seen_ns:

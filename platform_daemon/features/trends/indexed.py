@@ -33,7 +33,7 @@ def update_index(
     done: called with the number of files done and of all; rebuild: read all of them, as for a damaged index.  Raises
     StorageError.
     """
-    with closing(open_index(folder, anew=rebuild)) as index:
+    with closing(open_index(folder, rebuild=rebuild)) as index:
         try:
             found = index.update(look_at_recording, done)
             return found, dict(index.broken())
@@ -103,7 +103,7 @@ def indexed_trend(
         report = report.model_copy(update={"notes": (*report.notes, note)})
     if accepted is None:
         return report
-    note = f"begun anew at {accepted.since} by {accepted.by}: {accepted.reason}"
+    note = f"restarted at {accepted.since} by {accepted.by}: {accepted.reason}"
     return report.model_copy(update={"notes": (note, *report.notes)})
 
 

@@ -55,9 +55,9 @@ def points_of(recordings: Sequence[IndexedRecording]) -> list[Point]:
     """Oldest first.  Orientations are those of one of the mirror images that a ring-down cannot tell apart."""
     from platform_daemon.estimation.physics.mirror import on_one_branch
 
-    told = [(recording, point) for recording in recordings for point in recording.points]
-    folded = on_one_branch([point.values for _, point in told])[0]
-    made = [_point(*each, values) for each, values in zip(told, folded, strict=True)]
+    pairs = [(recording, point) for recording in recordings for point in recording.points]
+    folded = on_one_branch([point.values for _, point in pairs])[0]
+    made = [_point(*each, values) for each, values in zip(pairs, folded, strict=True)]
     return sorted(made, key=lambda point: point.at)
 
 

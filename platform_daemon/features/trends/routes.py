@@ -23,7 +23,9 @@ TEXT = {"schema": {"type": "string"}}
 Specimen = Annotated[
     str, Path(description="name of the sample, or of the resonator if none was given", examples=["T-07"])
 ]
-Since = Annotated[str | None, Query(description="begin there, ISO 8601; the charts begin anew, too", max_length=40)]
+Since = Annotated[
+    str | None, Query(description="begin there, ISO 8601; the control charts restart there, too", max_length=40)
+]
 Until = Annotated[str | None, Query(description="end there, ISO 8601", max_length=40)]
 Step = Annotated[
     str | None,

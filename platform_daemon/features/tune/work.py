@@ -203,21 +203,21 @@ class Tune:
 
     def _settle(self, shot: TuneShot) -> None:
         """The sequence, from the last shot."""
-        measured, base, asked = shot.measured(), self._bench.sequence, self.request.acquisition.sequence
+        measured, base, requested = shot.measured(), self._bench.sequence, self.request.acquisition.sequence
         longest_s = self._bench.limits.max_tx_s
-        periods = asked.tx_periods or numbers.most_periods(measured, base.field_t, self._impulse_t, longest_s)
+        periods = requested.tx_periods or numbers.most_periods(measured, base.field_t, self._impulse_t, longest_s)
         expected = max(measured.swing_rad(base.field_t, periods), measured.noise_rad)
         swing = min(expected, numbers.HIGHEST_RAD)
-        rx_s = asked.rx_s or numbers.listening_s(measured, swing, periods / measured.f_nat_hz)
+        rx_s = requested.rx_s or numbers.listening_s(measured, swing, periods / measured.f_nat_hz)
         keys = {
             "f_tx_hz": round(numbers.mean_frequency_hz(measured.f_nat_hz, swing), 2),
             "tx_periods": periods,
             "field_t": base.field_t,
             "axis": base.axis,
             "rx_s": rx_s,
-            "pause_s": numbers.pause_s(measured, swing, rx_s) if asked.pause_s is None else asked.pause_s,
+            "pause_s": numbers.pause_s(measured, swing, rx_s) if requested.pause_s is None else requested.pause_s,
         }
-        sequence = asked.model_copy(update=keys)
+        sequence = requested.model_copy(update=keys)
         self._bench.check(self.request.acquisition.model_copy(update={"sequence": sequence}))
         self._found = self._found.model_copy(
             update={
@@ -229,8 +229,8 @@ class Tune:
                 "sequence": sequence,
                 "at_limits": numbers.limits_reached(
                     expected,
-                    rx_s=None if asked.rx_s is not None else sequence.rx_s,
-                    pause_s=None if asked.pause_s is not None else sequence.pause_s,
+                    rx_s=None if requested.rx_s is not None else sequence.rx_s,
+                    pause_s=None if requested.pause_s is not None else sequence.pause_s,
                     listened_s=rx_s,
                 )
                 or None,

@@ -196,11 +196,16 @@ class ScpiSession:
                 return
 
     _later: Callable[[], object] | None = None
-    _asked = ""
+    _last_line = ""
 
     def _execute_line(self) -> None:
+        """Execute the first line of the buffer: commands between semicolons, whose answers are sent in one reply.
+
+        A command that begins with neither `:` nor `*` continues the path of the one before it (SCPI 1999, 6.2.4).
+        `_later` is what a command leaves to be done once the reply has been sent.
+        """
         line, _, self._buffer = self._buffer.partition(b"\n")
-        self._asked = text = line.decode("latin1").strip()
+        self._last_line = text = line.decode("latin1").strip()
         if not self._faults.hears(text):
             return
         answers = []
@@ -244,7 +249,7 @@ class ScpiSession:
 
     def _reply(self, answer: str) -> None:
         """In several small writes, as the server does."""
-        text = self._faults.outgoing(answer.encode("latin1") + b"\r\n", asked=self._asked)
+        text = self._faults.outgoing(answer.encode("latin1") + b"\r\n", command=self._last_line)
         head, comma, rest = text.partition(b",")
         body, end, tail = rest.partition(b"\r\n")
         parts = (head, comma, body, end + tail) if comma else (text.removesuffix(b"\r\n"), text[len(text) - 2 :])

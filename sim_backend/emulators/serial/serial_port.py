@@ -93,4 +93,4 @@ class SerialPort:
     def _answer(self, line: str) -> None:
         if line and self._faults.hears(line):
             reply = self._device.execute(line.upper()).encode("ascii") + b"\r\n"
-            os.write(self._master, self._faults.outgoing(reply, asked=line))
+            os.write(self._master, self._faults.outgoing(reply, command=line))

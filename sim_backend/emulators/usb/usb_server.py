@@ -24,7 +24,7 @@ class UsbServer:
         self._faults = faults
         self._lock = threading.Lock()
         self._owner: socket.socket | None = None
-        self._asked = ""
+        self._last_command = ""
         self._listener = Listener(host, port, self._serve, "usb")
         self.port = self._listener.port
 
@@ -71,8 +71,8 @@ class UsbServer:
             self._owner = None
         elif op == Op.OUT:
             self._check_owner(link)
-            self._asked = message_text(data) or self._asked
-            if self._faults.hears(self._asked):
+            self._last_command = message_text(data) or self._last_command
+            if self._faults.hears(self._last_command):
                 self._device.bulk_out(endpoint, data)
         elif op == Op.RESET:
             self._device.clear()
@@ -86,7 +86,7 @@ class UsbServer:
                 answer = self._device.bulk_in(endpoint, room)
             if answer == b"":  # a short packet, which ends a transfer
                 return 0, answer
-            if answer and (answer := self._faults.outgoing(answer, asked=self._asked)):
+            if answer and (answer := self._faults.outgoing(answer, command=self._last_command)):
                 return 0, answer
             time.sleep(POLL_S)
         return errno.ETIMEDOUT, b""

@@ -31,11 +31,12 @@ class Outcome(StrEnum):
 class Site:
     """Where a fault of a wire strikes: which answers count (see `sim_backend.emulators.wire_faults.WireFault`).
 
-    asked: one of these texts; chunk: of the data stream, 0: the first, -1: the last; early: before there is an engine.
+    commands: one of these texts; chunk: of the data stream, 0: the first, -1: the last; early: before there is an
+    engine.
     """
 
     phase: str
-    asked: tuple[str, ...] = ()
+    commands: tuple[str, ...] = ()
     when: str = "any"
     chunks: tuple[int, ...] = ()
     early: bool = False
@@ -91,7 +92,7 @@ CARD_SITES = (
 )
 _NEXT_SHOT = ("RP:STATUS?", "SEQ:SET")  # asked of the card that has something to play, before anything is energised
 MASTER_SITES = (
-    *(replace(site, asked=(*_NEXT_SHOT, *site.asked)) if site.phase == "arm" else site for site in CARD_SITES),
+    *(replace(site, commands=(*_NEXT_SHOT, *site.commands)) if site.phase == "arm" else site for site in CARD_SITES),
     Site("RX", ("RP:ADC:WP?",)),
 )
 STREAM_SITES = (

@@ -65,7 +65,7 @@ def draw(seed: int, index: int) -> Fault:
     if cell.kind == "disconnect":
         wire["at_byte"] = int(rng.integers(0, RECORD if site.chunks else SHORT_REPLY))
     if not site.chunks:
-        return Fault(index, cell, shot, {**wire, "asked": str(rng.choice(site.asked))})
+        return Fault(index, cell, shot, {**wire, "command": str(rng.choice(site.commands))})
     record = 1 if cell.kind == "garbage" else int(rng.integers(2))
     return Fault(index, cell, shot, {**wire, "stream": "data"}, (int(rng.choice(site.chunks)), record))
 

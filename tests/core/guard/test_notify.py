@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from platform_daemon.core.guard.notify import Heartbeat, service_manager, watchdog_s
+from platform_daemon.core.guard.notify import Heartbeat, notify, service_manager, watchdog_s
 
 
 @pytest.fixture
@@ -62,10 +62,16 @@ def test_a_heart_that_stops_lives_no_longer(manager, monkeypatch):
         assert "WATCHDOG=1" in all_of(manager)
 
 
-def test_without_a_manager_nothing_is_done(monkeypatch):
-    monkeypatch.delenv("NOTIFY_SOCKET", raising=False)
-    with service_manager(lambda: 1 / 0):
-        pass
+@pytest.mark.parametrize("listens", ["no manager", "a manager that has gone"])
+def test_without_a_manager_that_listens_the_daemon_serves_and_no_watchdog_runs(tmp_path, monkeypatch, listens):
+    monkeypatch.setenv("WATCHDOG_USEC", "20000")
+    monkeypatch.delenv("WATCHDOG_PID", raising=False)
+    monkeypatch.setenv("NOTIFY_SOCKET", "" if listens == "no manager" else str(tmp_path / "gone"))
+    calls = []
+    with service_manager(lambda: bool(calls.append("lives"))):
+        time.sleep(0.05)  # two and a half times WATCHDOG_USEC
+    assert calls == []
+    assert not notify("READY=1")
 
 
 def test_a_watchdog_of_another_process_is_not_ours(monkeypatch):
@@ -74,9 +80,3 @@ def test_a_watchdog_of_another_process_is_not_ours(monkeypatch):
     assert watchdog_s() is None
     monkeypatch.setenv("WATCHDOG_PID", str(os.getpid()))
     assert watchdog_s() == 1.0
-
-
-def test_a_manager_that_does_not_listen_does_not_keep_the_daemon_from_serving(tmp_path, monkeypatch):
-    monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "nobody"))
-    with service_manager(lambda: 1 / 0):
-        pass

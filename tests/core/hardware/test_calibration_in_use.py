@@ -80,7 +80,7 @@ def test_a_plan_made_before_is_not_played_with_the_new_transmit_side(
     engine = engine_with(WEAK)
     plan = plan_series(engine, AcquisitionRequest(**SHORT_JEWEL))  # type: ignore[arg-type]
     adopt(engine, tmp_path, "transmit", made(engine, tmp_path, "transmit"))
-    with pytest.raises(DeviceStateError, match="plan anew"):
+    with pytest.raises(DeviceStateError, match="request the series again"):
         engine.submit(series_work(engine, plan, OwnFile(tmp_path / "jewel.h5", tmp_path)))
 
 

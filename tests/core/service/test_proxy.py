@@ -332,7 +332,7 @@ def test_a_path_longer_than_a_socket_may_have_does_no_harm(tmp_path, linked):
 
 def test_nobody_there_is_an_error_with_a_remedy_and_back_again_is_no_error(tmp_path, linked):
     remote = PlatformServiceProxy(tmp_path, away_s=0.1)
-    with pytest.raises(HardwareAway, match="ask again"):
+    with pytest.raises(HardwareAway, match="repeat the request"):
         remote.status()
     for _ in range(2):  # the second time with connections of the first
         server = LinkServer(lambda name: linked.owned, tmp_path)

@@ -284,7 +284,7 @@ def test_after_the_last_word_no_other_command_is_sent(serve):
         lambda: connection.post("RP:INSTANTRESET:TRIGGERED?"),
         lambda: connection.upload("RP:DAC:SEQ:LUT 1,1", bytes(4)),
     ):
-        with pytest.raises(DeviceLost, match="its lines were told to go low"):
+        with pytest.raises(DeviceLost, match="its lines were set low"):
             of_no_use()
     connection.close()
     wait_for(lambda: heard == [OFF])

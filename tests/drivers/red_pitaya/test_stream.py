@@ -55,7 +55,7 @@ def test_a_trigger_that_fell_refuses_the_shot():
 def test_a_recording_that_began_anew_refuses_the_shot():
     account = Continuity("card", 5000)
     account.check(record(first=2000))
-    with pytest.raises(ShotRefused, match="began anew"):
+    with pytest.raises(ShotRefused, match="restarted"):
         account.check(record(first=600))
 
 

@@ -40,7 +40,7 @@ def test_nothing_is_known_before_the_first_shot():
 
 def test_a_series_without_blank_shots_pools_the_noise_between_the_harmonics_of_all():
     noise = series(white_shots(CLEAN, 8))
-    assert noise.model.source == "8 shots, beside the signal"
+    assert noise.model.source == "8 shots, outside the harmonics"
     assert noise.model.sd == pytest.approx(NOISE_SD, rel=0.01)
     assert noise.seconds > 0.0
 

@@ -90,7 +90,7 @@ def test_fits_of_a_series_use_the_noise_of_its_blank_shots(engine_with, tmp_path
 def test_fits_of_a_series_without_blank_shots_share_what_stands_beside_the_signals(engine_with, tmp_path):
     acquire(engine_with(), tmp_path / "a.h5", shots=3)
     stored = fit_measurement(open_measurement(tmp_path / "a.h5"), FitRequest("jewel", "n50"))
-    assert {f.noise.source for f in stored.frames} == {"3 shots, beside the signal"}
+    assert {f.noise.source for f in stored.frames} == {"3 shots, outside the harmonics"}
 
 
 def test_a_fit_whose_moment_is_not_the_resonators_says_so(engine_with, tmp_path):

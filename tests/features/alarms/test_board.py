@@ -73,7 +73,7 @@ def test_only_an_alarm_that_stands_can_be_acknowledged_and_by_a_name(board):
     with pytest.raises(UnknownAlarm, match="no alarm is called 'disk'"):
         board.acknowledge("disk", "me")
     board.notice("disk", "full")
-    with pytest.raises(InputError, match="nobody is named"):
+    with pytest.raises(InputError, match="no person is named"):
         board.acknowledge("disk", "  ")
     board.clear("disk")
     with pytest.raises(DeviceStateError, match="is over"):

@@ -188,7 +188,7 @@ def test_a_loss_of_ones_own_is_held(path):
     report = characterised(path, held={"lambda_per_s": 0.3}, frames=(0, 1))
     assert report.n50.held == {"lambda_per_s": 0.3}
     assert report.n50.parameters["tf_over_i_rad_per_s2"].mean < report.d30.parameters["tf_over_i_rad_per_s2"].mean
-    assert any("as asked for" in note for note in report.notes)
+    assert any("as requested" in note for note in report.notes)
 
 
 @pytest.mark.parametrize(

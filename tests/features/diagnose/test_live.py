@@ -62,7 +62,7 @@ def test_the_budget_ends_the_loop_and_manual_steps_are_asked_once_or_listed(engi
         asked.append(step.key)
         return True
 
-    live = loop(engine, tmp_path, budget=4, sequence={"rx_s": 1.0}, callbacks=Callbacks(asked=done))
+    live = loop(engine, tmp_path, budget=4, sequence={"rx_s": 1.0}, callbacks=Callbacks(confirmed=done))
     live.run()
     assert asked == ["turn_90_deg"]
     assert [r.measurement for r in live.rounds] == ["first_series", "turn_90_deg"]

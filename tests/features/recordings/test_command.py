@@ -69,9 +69,20 @@ def test_an_interactive_plot_is_opened_in_the_browser_where_there_is_a_screen(tm
     assert opened == [(tmp_path / "page.html").as_uri()]
 
 
-def test_info_of_a_table_says_what_it_holds(tmp_path):
-    rows = [f"{k / 1000},{(-1) ** k},0.5" for k in range(2000)]
-    (tmp_path / "own.csv").write_text("\n".join(["t [s],u1 (mV),u2 (mV)", *rows]))
-    text = here("info", tmp_path / "own.csv").stdout
+@pytest.mark.parametrize(
+    ("columns", "shown"),
+    [
+        ("u1 (mV),u2 (mV),u3 (mV)", None),
+        ("x_am2_per_s,y_am2_per_s,z_am2_per_s", "the samples are dm/dt in A m²/s already"),
+    ],
+)
+def test_info_of_a_table_says_what_it_holds(tmp_path, columns, shown):
+    rows = [f"{k / 1000},{(-1) ** k},0.5,0.1" for k in range(2000)]
+    file = tmp_path / "own.csv"
+    file.write_text("\n".join([f"t [s],{columns}", *rows]))
+    text = here("info", file).stdout
     assert "1000 Hz" in text
     assert "2000 │ 2000" in text
+    assert f"({file.stat().st_size / 1e6:.3g} MB, table)" in text
+    assert "sensitivity" not in text
+    assert shown is None or shown in text

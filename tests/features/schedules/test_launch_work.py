@@ -79,10 +79,10 @@ def test_resonators_come_in_turn_and_what_a_person_has_to_mount_is_waited_for(li
 
 def test_what_is_mounted_outlives_a_damaged_record(tmp_path):
     mounted = Mounted(tmp_path / "mounted.json", changes_itself=False)
-    assert "nobody has said" in mounted.missing("jewel", surely=True)
+    assert "no mounted resonator has been reported" in mounted.missing("jewel", surely=True)
     mounted.say("jewel", "me")
     assert Mounted(tmp_path / "mounted.json", changes_itself=False).missing("jewel", surely=True) is None
     (tmp_path / "mounted.json").write_text("{")
-    assert "nobody has said" in mounted.missing("jewel", surely=True)
+    assert "no mounted resonator has been reported" in mounted.missing("jewel", surely=True)
     assert Mounted(tmp_path / "mounted.json", changes_itself=True).missing("jewel", surely=True) is None
     assert mounted.missing("jewel", surely=False) is None  # nobody has said that another one is there

@@ -206,7 +206,7 @@ def test_a_schedule_that_another_version_has_left_does_not_keep_the_others_from_
     assert {each.id for each in bench.all.list()} == {made.id, left}
     found = bench.all.get(left)
     assert not found.active
-    assert re.search("cannot read it.*remove it and add it anew|never due.*no time zone", found.reason, re.DOTALL)
+    assert re.search("cannot read it.*remove it and add it again|never due.*no time zone", found.reason, re.DOTALL)
     assert bench.rows(left)
     assert bench.all.remove(left).id == left
     assert [each.id for each in bench.all.list()] == [made.id]
@@ -268,7 +268,7 @@ def test_of_several_the_highest_priority_begins_first(bench):
 
 
 def test_a_scheduled_work_has_the_priority_of_its_schedule_and_none_of_its_own():
-    with pytest.raises(ValueError, match="beside `work`"):
+    with pytest.raises(ValueError, match="next to `work`"):
         asked({"every_s": 3600.0}, work={"kind": "self_test", "request": {"priority": 5}})
 
 
@@ -469,7 +469,7 @@ def test_a_start_by_hand_says_no_more_what_it_waited_for_once_that_is_there(tmp_
     assert bench.rows(made.id)[0].reason == "jewel has to be mounted"
     bench.owner.mounted = "jewel"
     bench.until(T0 + 60, step=1.0)
-    assert (bench.rows(made.id)[0].state, bench.rows(made.id)[0].reason) == ("run", "asked for")
+    assert (bench.rows(made.id)[0].state, bench.rows(made.id)[0].reason) == ("run", "requested")
     assert [each.reason for each in told if each.state == "due"] == ["jewel has to be mounted", None]
     bench.all.close()
 

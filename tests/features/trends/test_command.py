@@ -45,7 +45,7 @@ def test_bad_input_is_one_line(tmp_path):
         (("trend", "T 1", "--recordings", tmp_path / "none"), "is no folder"),
         (("trend", "T 1", "--recordings", tmp_path, "--since", "x"), "no time of ISO 8601"),
         (("trend", "T 1", "--recordings", tmp_path, "--points-to-false-alarm", "3"), "false alarm"),
-        (("trend", "T 1", "--recordings", tmp_path, "--accept", "new"), "error: --by: nobody is named"),
+        (("trend", "T 1", "--recordings", tmp_path, "--accept", "new"), "error: --by: no person is named"),
         (("trend", "T 1", "--recordings", tmp_path, "--accept", " ", "--by", "DC"), "error: --accept: says no reason"),
         (("trend", "T 1", "--recordings", tmp_path, "--since", "2026-11-26", "--until", "2026-11-25"), "is before"),
         (("index", "find", "--recordings", tmp_path, "--since", "2026-11-26", "--until", "2026-11-25"), "is before"),

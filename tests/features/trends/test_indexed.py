@@ -141,7 +141,7 @@ def test_an_index_that_is_damaged_or_of_another_version_is_made_anew(folder, dam
             (folder / (INDEX + end)).unlink(missing_ok=True)
     with pytest.raises(IndexUnfinished, match="is being made"):  # not the half of it
         indexed_specimens(folder)
-    with pytest.raises(IndexUnfinished, match="ask again"):
+    with pytest.raises(IndexUnfinished, match="repeat the request"):
         old_recordings(folder, RetentionRules(0.0), datetime.now(UTC))
     assert update_index(folder)[0].looked == 75
     assert content(folder) == good
@@ -238,7 +238,7 @@ def test_a_specimen_that_is_accepted_begins_anew_and_a_damaged_file_of_that_is_n
     assert made.since == "2026-03-13T12:00:00.000+00:00"
     report = indexed_trend(folder, "T 1")
     assert (len(report.points), report.changes) == (20, ())
-    assert report.notes[0] == "begun anew at 2026-03-13T12:00:00.000+00:00 by DC: new magnet"
+    assert report.notes[0] == "restarted at 2026-03-13T12:00:00.000+00:00 by DC: new magnet"
     assert len(indexed_trend(folder, "T 1", since="2026-03-01").changes) == 1
     accept(folder, "other", BaselineRequest(by="DC", reason="also"))
     assert len(indexed_trend(folder, "other").points) == 0

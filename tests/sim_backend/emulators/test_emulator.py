@@ -1,5 +1,6 @@
 """What an emulator refuses, and how its world is put together."""
 
+import socket
 import tomllib
 
 import pytest
@@ -63,7 +64,11 @@ def test_another_resonator_can_be_put_in(lab_with):
     assert emulator.world.specimen().name == jewel["name"]
 
 
-def test_closing_twice_is_harmless():
+def test_closing_twice_is_harmless_and_leaves_no_port_open():
     emulator = lab()
+    address = "127.0.0.1", emulator.endpoints()["control"]["port"]
+    socket.create_connection(address).close()
     emulator.close()
     emulator.close()
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(address)

@@ -101,7 +101,7 @@ def test_a_slave_that_answers_late(lab_of_its_own: Labs) -> None:
 
 def test_a_slave_that_answers_late_once_it_is_connected(lab_of_its_own: Labs) -> None:
     lab = lab_of_its_own()
-    lab.control("wire_fault", kind="slow_link", device="io_card_1", asked="TRIGGER?", delay_s=2.0, count=100)
+    lab.control("wire_fault", kind="slow_link", device="io_card_1", command="TRIGGER?", delay_s=2.0, count=100)
     error = refused(lab, DeviceTimeout)
     assert error.where == address(lab, 1)
 

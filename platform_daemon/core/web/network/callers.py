@@ -41,7 +41,7 @@ class Caller:
         if self.refused is not None or self.role is None:
             raise self.refused or Unauthenticated("a token is needed")
         why = f"{self.name!r} is {self.role}"
-        remedy = "ask somebody who has one, or an administrator of this server"
+        remedy = "ask an administrator of this server for one"
         raise RoleTooLow(f"the role {needed} is needed", where="Authorization", why=why, remedy=remedy)
 
 

@@ -73,4 +73,4 @@ class ConcurrencyLimits:
 
 
 def _busy(why: str) -> Busy:
-    return Busy("the server is busy with requests like this one", why=why, remedy="ask again in some seconds")
+    return Busy("the server is busy with requests like this one", why=why, remedy="repeat the request in some seconds")

@@ -92,7 +92,7 @@ def _check_what_may_expire(
         check_certificate(certificate, names or (host,))
     known = tokens.records()
     if not local and not any(not has_expired(record) for record in known):
-        why = f"others can reach {host}, and nobody holds a token that is valid"
+        why = f"others can reach {host}, and there is no valid token"
         remedy = f"`platform-daemon token add NAME --role admin --data {tokens.path.parent}`, then start again"
         raise InputError("there are no tokens", where="--host", why=why, remedy=remedy)
 

@@ -68,7 +68,10 @@ def may_still(request: Request) -> bool:
 
 
 async def _answer(request: Request, name: str, access: Access, handler: Handler, keys: Collection[str]) -> Response:
-    """Check a request and answer it.  Raises what the checks and the handler raise."""
+    """Check a request and answer it.  Raises what the checks and the handler raise.
+
+    A slot for work is free again once the handler has returned, one for a download only once the response is sent.
+    """
     network: Network = request.app.state.network
     caller: Caller = request.state.caller
     caller.must_be(access.role)
@@ -82,8 +85,8 @@ async def _answer(request: Request, name: str, access: Access, handler: Handler,
         return Response(status_code=400)  # the client has left
     concurrency: ConcurrencyLimits = request.app.state.concurrency
     auditor = Auditor(network.audit if access.audited else None, caller, name, request, body)
-    async with AsyncExitStack() as held:
-        await held.enter_async_context(concurrency.for_answer(access.takes))
+    async with AsyncExitStack() as until_sent:
+        await until_sent.enter_async_context(concurrency.for_answer(access.takes))
         async with concurrency.for_work(access.takes):
             try:
                 response = await handler(with_body(request, body))
@@ -91,7 +94,7 @@ async def _answer(request: Request, name: str, access: Access, handler: Handler,
                 await _record(name, auditor.failed(error))
                 raise
         await _record(name, auditor.done(response.status_code))
-        return response if access.takes is not Takes.DOWNLOAD else _HeldResponse(response, held.pop_all())
+        return response if access.takes is not Takes.DOWNLOAD else _HeldResponse(response, until_sent.pop_all())
 
 
 def query_keys(route: APIRoute) -> frozenset[str]:

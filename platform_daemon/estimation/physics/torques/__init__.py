@@ -66,7 +66,9 @@ AUTONOMOUS = (
 )
 TIMED = (FREQUENCY_DRIFT, FREQUENCY_SETTLING)
 # Terms that are compiled by themselves, without a decorator: no kernel is compiled again for one of them.
-SEPARATE, BROKEN = own_terms((*AUTONOMOUS, *TIMED))
+SEPARATE_BUILT_IN: tuple[TorqueTerm, ...] = ()
+FROM_PACKAGES, BROKEN = own_terms((*AUTONOMOUS, *TIMED, *SEPARATE_BUILT_IN))
+SEPARATE = (*SEPARATE_BUILT_IN, *FROM_PACKAGES)
 TERMS: dict[str, TorqueTerm] = {t.name: t for t in (*AUTONOMOUS, *TIMED, *SEPARATE)}
 # Coefficients that phi -> -phi gives the other sign.
 OF_OTHER_SIGN_IN_MIRROR = frozenset(t.coefficients[0].name for t in TERMS.values() if not t.symmetric)
@@ -92,6 +94,7 @@ __all__ = [
     "CUBIC_RESTORING",
     "FREQUENCY_DRIFT",
     "FREQUENCY_SETTLING",
+    "FROM_PACKAGES",
     "HERTZ_FRICTION",
     "LINEAR_RESTORING",
     "MAGNETIC_RESTORING",
@@ -99,6 +102,7 @@ __all__ = [
     "QUADRATIC_DRAG",
     "RESTORING_ANHARMONICITY",
     "SEPARATE",
+    "SEPARATE_BUILT_IN",
     "STRIBECK_COULOMB_FRICTION",
     "STRIBECK_FRICTION",
     "TERMS",

@@ -91,7 +91,7 @@ def error_summary(error: PlatformError) -> ErrorSummary:
 
 
 def _foreign(path: Path, number: int) -> InputError:
-    remedy = "name another file, or start anew without --resume"
+    remedy = "name another file, or start again without --resume"
     return InputError(f"line {number} is not a result of fit", where=str(path), remedy=remedy)
 
 

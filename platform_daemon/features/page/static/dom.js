@@ -87,7 +87,7 @@ export function facts(pairs) {
 }
 
 /**
- * Work that runs once at a time, and once more where it was called meanwhile: what came last is never missed.
+ * Runs `work` one call at a time; calls during a run cause exactly one further run (coalescing).
  * @param {() => Promise<void>} work
  */
 export function oneAtATime(work) {

@@ -29,7 +29,10 @@ async function stopBy(url) {
   return body;
 }
 
-/** Stops.  Resolves with the report, or rejects with what both ways said. */
+/**
+ * Stops by the stop port; after SECOND_WAY_MS, or if it fails, by the main port as well.  Resolves with the report that
+ * comes first, or rejects with the reasons of both.
+ */
 export async function stopNow() {
   const first = stopPortAddress();
   if (first === null) return stopBy(address("stop"));

@@ -8,11 +8,11 @@ from tests.kit.rest import finished, problem
 
 
 @pytest.fixture(scope="module")
-def test_job(client):
+def self_test_job(client):
     return finished(client, client.post("/self-tests", json={}).headers["location"])
 
 
-def test_jobs_of_all_kinds_are_there_newest_first(client, recording, test_job):
+def test_jobs_of_all_kinds_are_there_newest_first(client, recording, self_test_job):
     found = client.get("/jobs").json()["items"]
     assert [job["kind"] for job in found][:2] == ["self_test", "acquisition"]
     acquisition = found[1]
@@ -24,7 +24,7 @@ def test_jobs_of_all_kinds_are_there_newest_first(client, recording, test_job):
     assert client.get(acquisition["path"]).json()["id"] == acquisition["id"]
 
 
-def test_the_list_goes_on_after_its_last_one(client, recording, test_job):
+def test_the_list_goes_on_after_its_last_one(client, recording, self_test_job):
     answer = client.get("/jobs", params={"limit": 1, "state": "done"})
     first = answer.json()
     assert first["next"].startswith("/jobs?state=done&limit=1&after=")
@@ -37,14 +37,14 @@ def test_the_list_goes_on_after_its_last_one(client, recording, test_job):
     assert "after" in problem(client.get("/jobs", params={"after": "x"}), 422)["where"]
 
 
-def test_jobs_are_filtered_by_how_they_ended_and_by_kind(client, test_job):
+def test_jobs_are_filtered_by_how_they_ended_and_by_kind(client, self_test_job):
     cancelled = client.post("/acquisitions", json={**SHORT_JEWEL, "shots": 100}).json()["id"]
     client.delete(f"/acquisitions/{cancelled}")
     finished(client, f"/acquisitions/{cancelled}")
     found = client.get("/jobs", params={"state": "cancelled"}).json()["items"]
     assert [job["id"] for job in found] == [cancelled]
     found = client.get("/jobs", params={"kind": "self_test"}).json()["items"]
-    assert [job["id"] for job in found] == [test_job["id"]]
+    assert [job["id"] for job in found] == [self_test_job["id"]]
     assert "one of" in problem(client.get("/jobs", params={"kind": "x"}), 422)["remedy"]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.physics.torques import AUTONOMOUS, TERMS, TIMED, code_of
+from platform_daemon.estimation.physics.torques import AUTONOMOUS, SEPARATE, TERMS, TIMED, code_of
 from platform_daemon.estimation.physics.torques.dispatch import acceleration, timed_acceleration
 
 STATES = [(0.3, 0.2), (-1.2, 0.9), (1.0, 1e-3), (-0.05, 1.6)]  # phi, |v|; nowhere a kink
@@ -116,7 +116,7 @@ def test_the_dispatch_adds_terms_and_keeps_their_coefficients_apart():
 def test_names_of_terms_and_coefficients_are_unique_and_have_units():
     coefficients = [c for term in TERMS.values() for c in term.coefficients]
     assert len({c.name for c in coefficients}) == len(coefficients)
-    assert len(TERMS) == len(AUTONOMOUS) + len(TIMED)
+    assert len(TERMS) == len(AUTONOMOUS) + len(TIMED) + len(SEPARATE)
     assert len({code_of(term) for term in TERMS.values()}) == len(TERMS)
     for c in coefficients:
         assert c.unit

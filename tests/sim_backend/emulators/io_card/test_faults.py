@@ -117,8 +117,8 @@ def test_a_link_that_is_deaf_does_nothing_that_it_is_told(emulator, client):
 
 
 def test_a_fault_waits_for_the_question_and_the_moment_it_is_meant_for(emulator, client):
-    control(emulator, "wire_fault", kind="timeout", device="io_card_0", asked="DEC?", when="idle")
-    control(emulator, "wire_fault", kind="timeout", device="io_card_0", asked="MODE?", when="shot")
+    control(emulator, "wire_fault", kind="timeout", device="io_card_0", command="DEC?", when="idle")
+    control(emulator, "wire_fault", kind="timeout", device="io_card_0", command="MODE?", when="shot")
     assert client.ask("RP:MODE?") == '"CONFIGURATION"'
     assert client.silent("RP:ADC:DEC?")
     configure(client)

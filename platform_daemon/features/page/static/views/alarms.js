@@ -17,8 +17,8 @@ export async function show(root) {
     const all = await getList(`alarms?limit=${MOST}`, MOST);
     const standing = all.filter((each) => !each.cleared);
     const over = all.filter((each) => each.cleared);
-    fill(list, table("What stands", ["Since", "What, and what to do", "Times", "Known to"], standing.map((each) => [when(each.since), each.what, each.times, each.acknowledged_by ? `${each.acknowledged_by}` : acknowledge(each)]), "no alarm stands"),
-      table("What is over", ["Since", "What", "Over", "Known to"], over.map((each) => [when(each.since), each.what, when(each.cleared), each.acknowledged_by ?? "nobody"]), "nothing"));
+    fill(list, table("Active alarms", ["Since", "Alarm and remedy", "Times", "Acknowledged by"], standing.map((each) => [when(each.since), each.what, each.times, each.acknowledged_by ? `${each.acknowledged_by}` : acknowledge(each)]), "no active alarm"),
+      table("Past alarms", ["Since", "Alarm", "Cleared", "Acknowledged by"], over.map((each) => [when(each.since), each.what, when(each.cleared), each.acknowledged_by ?? ""]), "none"));
   }
 
   /** @param {any} alarm */

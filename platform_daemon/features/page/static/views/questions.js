@@ -29,7 +29,7 @@ export async function show(root) {
       refresh();
       await loadMounted();
     };
-    fill(mounted, h("h2", {}, "In the clamping unit"), facts([["Resonator", now.resonator ?? "nobody has said it"], ["Said by", now.by], ["Since", when(now.at)]]),
+    fill(mounted, h("h2", {}, "In the clamping unit"), facts([["Resonator", now.resonator ?? "not reported"], ["Reported by", now.by], ["Since", when(now.at)]]),
       now.changed_by_platform ? h("p", {}, "The platform mounts what is asked for.") : h("div", { class: "filters" }, h("label", { for: "mounted" }, "I have mounted ", name), h("label", { for: "by" }, "My name ", by), actionButton("It is there", tell, { disabled: !mayOperate() })));
   }
 

@@ -79,7 +79,7 @@ async function newestSeries() {
   return jobs.find((/** @type {any} */ each) => !each.within)?.id ?? null;
 }
 
-/** What is there of a series; what was complete before is kept. @param {string} id @param {Point[]} before @returns {Promise<Point[]>} */
+/** The shots of a series so far; from `before` those are kept whose fits are complete, the others are read again. @param {string} id @param {Point[]} before @returns {Promise<Point[]>} */
 async function readPoints(id, before) {
   if (id.startsWith("procedure-")) return stepPoints(await get(`procedures/${id}`));
   if (!id.startsWith("acquisition-")) return recordedPoints(await get(`recordings/${encodeURIComponent(id)}`));
