@@ -20,7 +20,7 @@ from drivers.errors import RecordingError
 from platform_daemon.core.recordings.index import Entry, recording_files
 from platform_daemon.core.state.database import Database, Schema, WhenDamaged, delete, tables
 from platform_daemon.core.state.durable import storage_error
-from platform_daemon.core.state.errors import IndexUnfinished, RecordingInUse
+from platform_daemon.core.state.errors import IndexUnfinished, RecordingNotNow
 
 from .indexed import IndexedPoint, IndexedRecording, IndexedShot, IndexedSummary, IndexUpdate, Wanted
 
@@ -102,8 +102,8 @@ class RecordingIndex:
     def update(self, look: Look, done: Callable[[int, int], None] = lambda n, of: None) -> IndexUpdate:
         """Read the files that are new or have changed, and remove those that were deleted.
 
-        A file that cannot be read is kept with the reason, and read again when it has changed; one that is in use, the
-        next time.  look: reads one file; done: called with how many files were read, and of how many.
+        A file that cannot be read is kept with the reason, and read again when it has changed; one that is in use, or
+        that this account may not read now, the next time.  look: reads one file; done: called with how many files were read, and of how many.
         """
         known = {row[0]: row[1:] for row in self._file.rows("SELECT identifier, file, size, modified FROM recordings")}
         there: dict[str, tuple[str, int, int]] = {}
@@ -142,7 +142,7 @@ class RecordingIndex:
             found, shots = look(self._folder / facts[0]) or (None, ())
         except Exception as failure:  # one file must not end the index of all others
             error = str(failure) or type(failure).__name__
-            in_use = isinstance(failure, RecordingInUse)
+            in_use = isinstance(failure, (RecordingNotNow, OSError, MemoryError))
             if not isinstance(failure, RecordingError):
                 log.error("recording_not_looked_at", file=facts[0], exc_info=failure)
         if in_use:
