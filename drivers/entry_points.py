@@ -27,7 +27,8 @@ def load(group: str, name: str, kind: str) -> Any:
     try:
         return found[name].load()
     except Exception as error:  # whatever the code of another package raises while it is imported
-        package = found[name].dist.name if found[name].dist is not None else found[name].value
+        dist = found[name].dist
+        package = found[name].value if dist is None else dist.name
         raise ConfigError(
             f"the {kind} {name!r} cannot be loaded",
             where=f"package {package}",

@@ -168,7 +168,7 @@ def _text(path: Path) -> dict[str, NDArray[np.float64]]:
     kept = [(number, line.strip()) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
     if len(kept) < 2:
         raise RecordingError("holds no table", where=str(path), remedy="write a line of names, then a line per sample")
-    separator = next((mark for mark in "\t;," if mark in kept[-1][1]), None)
+    separator = next((mark for mark in "\t;," if mark in kept[-1][1] or mark in kept[0][1]), None)
     first = _cells(kept[0][1], separator)
     named = not _is_number(first[0].replace(",", "."))
     body = kept[1:] if named else kept

@@ -371,7 +371,7 @@ class Hdf5File:
                 f"is compressed by the filter {_FILTERS.get(missing[0], 'of the number')} {missing[0]}",
                 where=self.place(name),
                 why="The HDF5 library of this installation does not have it; the file may be whole",
-                remedy="set HDF5_PLUGIN_PATH to the folder of its plug-in (hdf5plugin.PLUGINS_PATH of the Python package "
+                remedy="set HDF5_PLUGIN_PATH to the folder of its plug-in (hdf5plugin.PLUGINS_PATH of the package "
                 "hdf5plugin), or write the file again with gzip, as h5repack -f GZIP=1 does where the filter is there",
             )
 

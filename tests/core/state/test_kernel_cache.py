@@ -65,7 +65,7 @@ def test_fonts_are_kept_with_the_state_where_there_is_no_home(monkeypatch, tmp_p
 
 @needs_namespaces
 def test_an_account_that_can_write_nothing_compiles_and_leaves_no_folder(tmp_path):
-    """Both kinds of kernels, as the account of a service without a home."""
+    """Case 07. Both kinds of kernels, as the account of a service without a home."""
     if os.geteuid() != 0:
         pytest.skip("only root can run a program as another account")
     work = tmp_path / "work"
