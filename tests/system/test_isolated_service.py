@@ -212,13 +212,14 @@ def test_an_account_without_home_that_cannot_write_the_package_measures_by_rest(
             at = made.headers["location"]
             wait_for(lambda: http.get(at).json()["state"] not in ("queued", "running"), 300)
             job = http.get(at).json()
-            assert (job["state"], job["result"]["good"]) == ("done", 1), job
+            assert (job["state"], job["result"]["shots"]) == ("done", 1), job
             assert http.get(f"/recordings/{job['id']}/frames/0/picture").content.startswith(b"\x89PNG")
     finally:
         daemon.terminate()
         daemon.stdout.read()
         daemon.wait(60)
     assert "Traceback" not in log.read_text()
+    assert "Matplotlib created a temporary cache" not in log.read_text()
     made_here = {path.name for path in work.iterdir()}
     assert made_here == {"data", "state"}  # no folder `~`
     assert any((work / "state/platform-daemon").rglob("*.nbc"))
