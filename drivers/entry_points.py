@@ -15,7 +15,7 @@ USB_BACKENDS = "platform_daemon.usb_backends"  # usb.backend.IBackend of pyusb, 
 def load(group: str, name: str, kind: str) -> Any:
     """Import what is published under a name; `kind` is what a message calls it ("back end").
 
-    Raises ConfigError if none of that name is installed; it names those that are.
+    Raises ConfigError if none of that name is installed, naming those that are, and if its package cannot be imported.
     """
     found = {e.name: e for e in entry_points(group=group)}
     if name not in found:
@@ -24,4 +24,14 @@ def load(group: str, name: str, kind: str) -> Any:
             why=f"installed are: {', '.join(sorted(found)) or 'none'}",
             remedy=f"correct the name, or install the package that publishes it in the entry-point group {group}",
         )
-    return found[name].load()
+    try:
+        return found[name].load()
+    except Exception as error:  # whatever the code of another package raises while it is imported
+        dist = found[name].dist
+        package = found[name].value if dist is None else dist.name
+        raise ConfigError(
+            f"the {kind} {name!r} cannot be loaded",
+            where=f"package {package}",
+            why=f"{found[name].value}: {type(error).__name__}: {error}",
+            remedy="install what it needs, or correct or remove the package",
+        ) from error

@@ -65,7 +65,7 @@ class Exchange:
         with self._lock, self._failing_closed():
             wire = self._opened()
             wire.send(question)
-            return wire.receive()
+            return self._no_echo(question, wire.receive())
 
     def tell(self, command: str) -> None:
         """Send a command that has no answer; errors as in `ask`."""
@@ -92,7 +92,7 @@ class Exchange:
             self._wire = self._open_wire()
             try:
                 self._wire.send(self._identify)
-                self._check(self._first_answer(self._wire))
+                self._check(self._no_echo(self._identify, self._first_answer(self._wire)))
                 self.on_open(self)
             except Exception:
                 self._drop()
@@ -105,6 +105,17 @@ class Exchange:
         if self._known is not None and answer != self._known:
             with contextlib.suppress(DeviceTimeout):
                 answer = wire.receive()
+        return answer
+
+    def _no_echo(self, question: str, answer: str) -> str:
+        """The answer.  Raises DeviceProtocolError for a device that repeats what it is asked."""
+        if answer == question:
+            raise DeviceProtocolError(
+                f"the answer to {question!r} is the question itself",
+                where=self.where,
+                why="a device, or an adapter before it, sends back what it receives",
+                remedy="switch its echo off, or check that the port is that of the device",
+            )
         return answer
 
     def _check(self, text: str) -> None:

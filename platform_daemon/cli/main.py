@@ -15,7 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
-from drivers.errors import PlatformError
+from drivers.errors import InputError, PlatformError
 from platform_daemon.core.command_line.interrupts import INTERRUPTED, no_interrupt_lost
 from platform_daemon.core.command_line.terminal import plain_text_only, tolerant_streams
 from platform_daemon.core.registry import features
@@ -127,7 +127,24 @@ def load(name: str) -> Any:
     command = typer.main.get_group(around).commands[name]
     for each in getattr(command, "commands", {"": command}).values():
         each.callback = _logging(each.callback)
+        each.parse_args = _each_option_once(each)
     return command
+
+
+def _each_option_once(command: Any) -> Any:
+    """The parser of a command, which refuses an option that is given twice and has one value: the last one would
+    decide, and nothing would say so."""
+    parse = command.parse_args
+
+    def parse_once(context: Any, arguments: list[str]) -> Any:
+        if not context.resilient_parsing:
+            _, _, given = command.make_parser(context).parse_args(args=list(arguments))
+            for each in (each for k, each in enumerate(given) if each in given[:k]):
+                if isinstance(each, typer.core.TyperOption) and not (each.multiple or each.is_flag or each.count):
+                    raise InputError("is given twice, and has one value", where=each.opts[0], remedy="give it once")
+        return parse(context, arguments)
+
+    return parse_once
 
 
 def _logging(callback: Any) -> Any:

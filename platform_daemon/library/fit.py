@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -50,6 +51,9 @@ class Fit(Mapping[str, Estimate]):
         if not self.good:
             remedy = "look at fit.reason"
             raise InputError("the fit was refused", where=self.recording.name, why=self.reason or "", remedy=remedy)
+        if name not in self.result.parameters:
+            known = ", ".join(self.result.parameters)
+            raise KeyError(f"{name!r} is no parameter of a {self.model}; there are {known}")
         return self.result.parameters[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -206,12 +210,28 @@ def fit_frames(
 
     The other arguments and the errors are those of `fit`.
     """
+    numbers = _checked(recording, window, frames)
     chosen = None if model is None else checked_variant(model, terms)
     measurement, used = recording.measurement.under(chosen, () if chosen else terms)
     ask = FitRequest(used, window, fixed, None, measurement.moment_am2())
     check_fixed(ask, calibrated=measurement.calibration is not None)
-    if frames is None:
+    if numbers is None:
         numbers = [k for k in range(measurement.frames) if measurement.excuse(k) is None]
-    else:
-        numbers = [recording.usable_frame() if k is None else k for k in frames]
     return Fits([Fit(recording, k, ask, fit_frame_of(measurement, k, ask)) for k in numbers])
+
+
+def _checked(recording: Recording, window: Window, frames: Sequence[int | None] | None) -> list[int] | None:
+    """Numbers of the frames, None for all.  Raises InputError for arguments that are none."""
+    if not isinstance(recording, Recording):
+        what = f"a {type(recording).__name__} is no recording"
+        raise InputError(what, where="recording", remedy="open the file first: fit(open(path))")
+    number = isinstance(window, (int, float, np.number)) and not isinstance(window, bool)
+    if window not in ("n50", "d30") if isinstance(window, str) else not (number and 0 < window < np.inf):
+        remedy = "give n50, d30, or a positive number of seconds"
+        raise InputError(f"no window {window!r}", where="window", remedy=remedy)
+    try:
+        chosen = None if frames is None else [None if k is None else operator.index(k) for k in frames]
+    except TypeError:
+        what, remedy = f"{frames!r} are no numbers of frames", "give whole numbers, from 0"
+        raise InputError(what, where="frames", remedy=remedy) from None
+    return None if chosen is None else [recording.usable_frame() if k is None else k for k in chosen]

@@ -26,6 +26,7 @@ from .process import lower_priority
 from .rules import rules_for
 
 _NICE = 5
+_PICTURES_AFTER_S = 5.0  # matplotlib takes a second of a processor, which the start of the other processes needs first
 # FastAPI passes pydantic an alias that has no effect; on the terminal the warning would worry users.
 _NOISE = "The 'alias' attribute with value 'body'"
 
@@ -56,12 +57,15 @@ def run_web(options: ServeOptions, parent: ParentLink, sockets: tuple[int, ...])
         max_connections=network.limits.connections,
     ) as server:
         keeper = AnalysisKeeper(context.analyses)
+        pictures = threading.Timer(_PICTURES_AFTER_S, _prepare_pictures)
+        pictures.name, pictures.daemon = "pictures", True
         try:
             reduce_latency()  # trends of many shots are computed in threads of this process
             parent.report(READY)
-            threading.Thread(target=_prepare_pictures, name="pictures", daemon=True).start()
+            pictures.start()
             server.wait()
         finally:
+            pictures.cancel()
             keeper.close()
             context.close()
             events.close()

@@ -102,3 +102,10 @@ def test_a_closed_exchange_stays_closed(wires):
 @pytest.mark.parametrize("text", ["ACME", "ACME,lamp", "a,b,c,d,e", ""])
 def test_an_identity_of_any_length_is_read(text):
     assert parsed_identity(text).manufacturer == text.split(",")[0]
+
+
+def test_a_device_that_echoes_is_told_so(wires, lamp):
+    exchange = Exchange("lamp", wires)
+    lamp.name = "*IDN?"
+    with pytest.raises(DeviceProtocolError, match=r"'\*IDN\?' is the question itself.*switch its echo off"):
+        exchange.identity()

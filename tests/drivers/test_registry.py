@@ -143,3 +143,10 @@ def test_a_missing_device_table_is_named(missing):
 def test_a_device_table_without_back_end_is_named():
     with pytest.raises(ConfigError, match=r"lna\.backend"):
         section(lna={"gain": 40})
+
+
+def test_a_back_end_whose_package_cannot_be_imported_is_named_with_the_reason(monkeypatch):
+    point = EntryPoint("theirs", "a_package_that_is_not_there:Backend", entry_points.BACKENDS)
+    monkeypatch.setattr(entry_points, "entry_points", lambda group: [point])
+    with pytest.raises(ConfigError, match=r"'theirs' cannot be loaded.*No module named.*Remedy: install what it needs"):
+        load_backend("theirs", {})

@@ -13,6 +13,7 @@ from platform_daemon.core.settings import load_platform, read_toml, shipped
 
 
 def test_a_byte_order_mark_and_line_ends_of_windows_are_no_text(tmp_path: Path) -> None:
+    """Case 09: what Windows saves."""
     path = tmp_path / "a.toml"
     path.write_bytes(codecs.BOM_UTF8 + 'a = "Łódź"\r\nb = 2\r\n'.encode())
     assert read_text_file(path) == 'a = "Łódź"\nb = 2\n'

@@ -130,3 +130,22 @@ def write_minimal(target: Path, changes: Mapping[str, Any] | None = None) -> Pat
             elif value is not None:
                 h5[name] = value
     return target
+
+
+BLOSC = 32001
+"""Number of the filter: https://github.com/HDFGroup/hdf5_plugins"""
+
+
+def packed_by(number: int, values: np.ndarray) -> Callable[[h5py.File, str], None]:
+    """Writes a dataset whose one chunk claims to be packed by a filter of that number."""
+
+    def write(h5: h5py.File, name: str) -> None:
+        plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        plan.set_chunk(values.shape)
+        plan.set_filter(number, h5py.h5z.FLAG_OPTIONAL, ())  # optional, so that HDF5 makes it without the filter
+        kind, space = h5py.h5t.py_create(values.dtype), h5py.h5s.create_simple(values.shape)
+        group, _, last = name.rpartition("/")
+        made = h5py.h5d.create(h5.require_group(group or "/").id, last.encode(), kind, space, plan)
+        made.write_direct_chunk((0,) * values.ndim, values.tobytes(), filter_mask=0)
+
+    return write

@@ -79,8 +79,10 @@ def test_commands_take_a_table_as_they_take_a_recording(sim, tmp_path):
     [
         ("time_s,x\n0,1\n1,2\n", "unit of the column 'x' is not known"),
         ("a,x_v\n0,1\n1,2\n", "no column is called time"),
-        ("time_s,x_v\n0,1\n1\n", "no row of numbers|different numbers"),
-        ("time_s,x_v\n0,one\n1,2\n", "no row of numbers"),
+        ("time_s,x_v\n0,1\n1\n", "line 3: has 1 columns, the first line has 2"),
+        ("time_s,x_v\n0,one\n1,2\n", "line 2: 'one' in column 2 is no number"),
+        ("time_s,x_v\n0,1\n\n1,\n", "line 4: '' in column 2 is no number"),
+        ("time_s,x_v,x_v\n0,1,0\n1,2,0\n", "two columns are called 'x_v'"),
         ("time_s,x_v,y_deg\n0,1,1\n1,2,1\n", "different quantities"),
         ("time_m,x_v\n0,1\n1,2\n", "'time_m'"),
         ("time_s,x_v\n", "holds no table"),
@@ -117,3 +119,17 @@ def test_bytes_that_are_no_npz_are_refused(tmp_path):
     (tmp_path / "own.npz").write_bytes(b"no archive")
     with pytest.raises(pd_.RecordingError, match="npz"):
         pd_.open(tmp_path / "own.npz")
+
+
+def test_a_table_of_windows_and_of_a_spreadsheet_is_the_same_table(tmp_path):
+    """Byte order marks before the table and before the file that tells its columns, quotes around every cell."""
+    time_s, angle_rad = 0.01 * np.arange(200), np.linspace(0.3, 0.1, 200)
+    rows = [f'"{a:.4f}","{b:.8f}"' for a, b in zip(time_s, angle_rad, strict=True)]
+    path = tmp_path / "saved.csv"
+    path.write_text("\r\n".join(['"when","how far"', *rows, ""]), encoding="utf-8-sig")
+    told = "time = 'when'\ntime_unit = 's'\nsignal = ['how far']\nunit = 'rad'\n"
+    (tmp_path / "saved.csv.toml").write_text(told, encoding="utf-8-sig")
+    np.testing.assert_allclose(pd_.open(path).signal()[0], angle_rad, atol=1e-8)
+    path.write_text("time_s,phi_rad\n0,1\n1,2\n", encoding="utf-16")
+    with pytest.raises(pd_.RecordingError, match="the file is in UTF-16: save it as UTF-8"):
+        pd_.open(path)

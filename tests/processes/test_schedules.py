@@ -98,6 +98,18 @@ def test_a_preview_keeps_nothing(daemon):
     assert daemon.get("/schedules").json()["items"] == []
 
 
+def test_a_work_that_was_saved_on_windows_is_read(daemon, tmp_path):
+    """Case 09: JSON with a byte order mark."""
+    work = tmp_path / "work.json"
+    work.write_text('{"kind": "self_test"}\r\n', encoding="utf-8-sig")
+    words = ("--work", work, "--every-s", 60, "--count", 3, "--data", daemon.folder)
+    done = here("schedule", "preview", *words)
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) == 3
+    work.write_text('{"kind": "self_test"}', encoding="utf-16")
+    assert_one_line_error(here("schedule", "preview", *words), 2, "the file is in UTF-16: save it as UTF-8")
+
+
 @pytest.mark.long
 def test_the_command_line_asks_the_daemon(daemon, tmp_path):
     work = tmp_path / "work.toml"

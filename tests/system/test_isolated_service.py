@@ -84,6 +84,7 @@ def connections_to_the_card(lab, daemon):
 
 @pytest.mark.long
 def test_nobody_who_looks_ends_the_series_of_a_service_and_who_stops_stops_it(lab, tmp_path):
+    """Case 01: a look from a login that does not share the /tmp of the service."""
     data = tmp_path / "service/data"
     data.parent.mkdir()
     log = tmp_path / "serve.log"
@@ -169,7 +170,7 @@ def test_the_daemon_of_another_account_is_named_with_what_to_do(lab, tmp_path, c
 
 
 def test_what_root_has_left_behind_locks_no_account_out(lab, tmp_path):
-    """Root looks at the devices in the state of a service; the service can use it afterwards."""
+    """Case 05. Root looks at the devices in the state of a service; the service can use it afterwards."""
     if os.geteuid() != 0:
         pytest.skip("only root can leave something behind that another account cannot use")
     account = 12345
@@ -185,3 +186,41 @@ def test_what_root_has_left_behind_locks_no_account_out(lab, tmp_path):
     made = [home / "platform-daemon", *(home / "platform-daemon").rglob("*")]
     assert (home / "platform-daemon" / state_dir_of(lab.file().section).name / "owner") in made
     assert {each.stat().st_uid for each in made} == {account}
+
+
+@pytest.mark.long
+def test_an_account_without_home_that_cannot_write_the_package_measures_by_rest(tmp_path):
+    """Case 07: the first shot of a service whose account can write nothing but its data and its state."""
+    if os.geteuid() != 0:
+        pytest.skip("only root can run a daemon as another account")
+    work = tmp_path / "srv"
+    work.mkdir()
+    os.chown(work, 12345, 12345)
+    variables = ("env", "-i", "PATH=/usr/bin:/bin", f"XDG_STATE_HOME={work}/state")
+    serve = [*variables, COMMAND, "serve", "--port", "0", "--data", work / "data"]
+    log = tmp_path / "serve.log"
+    with log.open("wb") as errors:
+        daemon = subprocess.Popen(
+            isolated(serve, [work], 12345), stdout=subprocess.PIPE, stderr=errors, text=True, cwd=work
+        )
+    try:
+        first = daemon.stdout.readline()
+        assert first, log.read_text()
+        with client_at(first.split()[-1]) as http:
+            wait_for(lambda: http.get("/ready").json()["ready"], 300)  # it compiles, and keeps that with its state
+            made = http.post("/acquisitions", json={"resonator": "jewel", "shots": 1, "sequence": {"rx_s": 0.6}})
+            at = made.headers["location"]
+            wait_for(lambda: http.get(at).json()["state"] not in ("queued", "running"), 300)
+            job = http.get(at).json()
+            assert (job["state"], job["result"]["shots"]) == ("done", 1), job
+            assert http.get(f"/recordings/{job['id']}/frames/0/picture").content.startswith(b"\x89PNG")
+    finally:
+        daemon.terminate()
+        daemon.stdout.read()
+        daemon.wait(60)
+    assert "Traceback" not in log.read_text()
+    assert "Matplotlib created a temporary cache" not in log.read_text()
+    made_here = {path.name for path in work.iterdir()}
+    assert made_here == {"data", "state"}  # no folder `~`
+    assert any((work / "state/platform-daemon").rglob("*.nbc"))
+    assert {path.stat().st_uid for path in work.rglob("*")} == {12345}

@@ -12,6 +12,7 @@ same name with `.toml` at its end does:
 
 from __future__ import annotations
 
+import csv
 import re
 import tomllib
 import zipfile
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from drivers.errors import RecordingError
+from drivers.text_files import read_text_file
 
 from .angle_series import AngleSeries
 from .array_recording import Quantity, refuse_quantities, signal_of
@@ -137,7 +139,7 @@ def _columns_of_toml(path: Path) -> Columns:
     if not toml.is_file():
         return Columns()
     try:
-        table = tomllib.loads(toml.read_text(encoding="utf-8"))
+        table = tomllib.loads(read_text_file(toml))
     except (OSError, ValueError) as error:
         raise RecordingError("is no TOML file", where=str(toml), why=str(error), remedy="correct it") from None
     try:
@@ -161,31 +163,45 @@ def _npz(path: Path) -> dict[str, NDArray[np.float64]]:
 def _text(path: Path) -> dict[str, NDArray[np.float64]]:
     """The columns by name; of a table without names by their numbers from 0."""
     try:
-        lines = [line.strip() for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
-    except (OSError, UnicodeDecodeError) as error:
+        lines = enumerate(read_text_file(path).splitlines(), start=1)
+    except (OSError, ValueError) as error:
         remedy = "name a readable text file in UTF-8"
         raise RecordingError("cannot be read as text", where=str(path), why=str(error), remedy=remedy) from None
-    rows = [line for line in lines if not line.startswith("#")]
-    if len(rows) < 2:
+    kept = [(number, line.strip()) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if len(kept) < 2:
         raise RecordingError("holds no table", where=str(path), remedy="write a line of names, then a line per sample")
-    separator = next((mark for mark in "\t;," if mark in rows[-1]), None)
-    first = rows[0].split(separator)
+    separator = next((mark for mark in "\t;," if mark in kept[-1][1] or mark in kept[0][1]), None)
+    first = _cells(kept[0][1], separator)
     named = not _is_number(first[0].replace(",", "."))
-    body = rows[1:] if named else rows
-    if separator in ("\t", ";"):
-        body = [row.replace(",", ".") for row in body]  # a decimal comma
-    try:
-        values = np.array([[float(cell) for cell in row.split(separator)] for row in body])
-    except ValueError as error:
-        remedy = f"write {len(first)} numbers in each line, separated alike"
-        raise RecordingError("a line is no row of numbers", where=str(path), why=str(error), remedy=remedy) from None
-    if values.ndim != 2 or values.shape[1] != len(first):
-        why = f"the first line has {len(first)}, the others {values.shape[-1]}"
-        raise RecordingError(
-            "lines have different numbers of columns", where=str(path), why=why, remedy="write all alike"
-        )
-    names = [cell.strip().strip('"') for cell in first] if named else [str(k) for k in range(len(first))]
+    body = kept[1:] if named else kept
+    values = np.array([_numbers(line, separator, len(first), f"{path}: line {number}") for number, line in body])
+    names = [cell.strip() for cell in first] if named else [str(k) for k in range(len(first))]
+    twice = [name for k, name in enumerate(names) if name in names[:k]]
+    if twice:
+        what, remedy = f"two columns are called {twice[0]!r}", "give each column a name of its own"
+        raise RecordingError(what, where=str(path), remedy=remedy)
     return {name: values[:, k] for k, name in enumerate(names)}
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    """The cells of a line, without the quotes that some programs put around them."""
+    return line.split() if separator is None else next(csv.reader([line], delimiter=separator))
+
+
+def _numbers(line: str, separator: str | None, count: int, where: str) -> list[float]:
+    """The numbers of a line; a comma is a decimal one where it separates no columns.  Raises RecordingError."""
+    cells = _cells(line, separator)
+    remedy = f"write {count} numbers in each line, separated alike"
+    if len(cells) != count:
+        what = f"has {len(cells)} columns, the first line has {count}"
+        raise RecordingError(what, where=where, remedy=remedy)
+    found = []
+    for k, cell in enumerate(cells):
+        number = cell.replace(",", ".") if separator in ("\t", ";") else cell
+        if not _is_number(number):
+            raise RecordingError(f"{cell!r} in column {k + 1} is no number", where=where, remedy=remedy)
+        found.append(float(number))
+    return found
 
 
 def _is_number(text: str) -> bool:

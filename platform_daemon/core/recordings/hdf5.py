@@ -19,7 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import RecordingError
-from platform_daemon.core.state.errors import NotFinite, RecordingInUse, RecordingUnfinished, UnknownUnit
+from platform_daemon.core.state.errors import (
+    MissingFilter,
+    NotFinite,
+    RecordingInUse,
+    RecordingNotNow,
+    RecordingUnfinished,
+    UnknownUnit,
+)
 
 from .staging import folder_of
 from .unit_conversion import Conversion, conversion
@@ -30,6 +37,9 @@ MAX_ITEMS = 10_000_000
 MAX_FRAME_BYTES = 8 << 30
 _COMPLEX = (("real", "imag"), ("re", "im"), ("r", "i"))
 """Names, in small letters, of the fields in which MATLAB, Octave and others keep complex numbers."""
+_FILTERS = {307: "bzip2", 32000: "LZF", 32001: "Blosc", 32004: "LZ4", 32008: "bitshuffle", 32013: "ZFP"}
+_FILTERS |= {32015: "Zstandard", 32026: "Blosc2", 4: "SZIP"}
+"""Numbers of filters: https://github.com/HDFGroup/hdf5_plugins/blob/master/docs/RegisteredFilterPlugins.md"""
 ANOTHER_COPY = "use another copy of the file, or record again"
 _LATER = "try again when that program has closed the file"
 _STILL_WRITTEN_S = 30.0
@@ -69,9 +79,9 @@ def _check_file(path: Path) -> None:
         raise _missing(path) from None
     except PermissionError:
         remedy = "check the permissions of the file and its folder"
-        raise RecordingError("no permission to read", where=str(path), remedy=remedy) from None
+        raise RecordingNotNow("no permission to read", where=str(path), remedy=remedy) from None
     except (OSError, ValueError) as error:
-        raise RecordingError(f"cannot be opened: {error}", where=str(path), remedy="check the path and disk") from None
+        raise RecordingNotNow(f"cannot be opened: {error}", where=str(path), remedy="check the path and disk") from None
     if info.st_size == 0:
         if _changes(info.st_mtime):
             raise _unfinished(path, "The file is empty")
@@ -241,6 +251,7 @@ class Hdf5File:
         item = self._dataset(name)
         if item is None:
             return None
+        self._refuse_unknown_filters(name, item)
         with guard(self.place(name), "numbers"):
             kind, size = item.dtype.kind, item.size
             parts = _parts(item.dtype)
@@ -328,6 +339,7 @@ class Hdf5File:
         if shape[1] * shape[2] * 8 > MAX_FRAME_BYTES:
             raise self.defect(f"one frame has {shape[1:]} samples", name, f"at most {MAX_FRAME_BYTES >> 30} GiB")
         item = self._dataset(name)
+        self._refuse_unknown_filters(name, item)
         with guard(self.place(f"{name}[frame {k}]"), "volts"):
             raw = np.asarray(item[k])
         volts = np.asarray(self._physical(name, raw, unit), dtype=np.float64)
@@ -347,6 +359,21 @@ class Hdf5File:
         if item is not None and not isinstance(item, h5py.Dataset):
             raise self.defect("not a dataset", name, "a dataset")
         return item
+
+    def _refuse_unknown_filters(self, name: str, item: h5py.Dataset) -> None:
+        """Raises MissingFilter: what HDF5 says of such data looks like damage."""
+        with guard(self.place(name), "a dataset"):
+            made = item.id.get_create_plist()
+            used = [made.get_filter(k)[0] for k in range(made.get_nfilters())]
+            missing = [number for number in used if not h5py.h5z.filter_avail(number)]
+        if missing:
+            raise MissingFilter(
+                f"is compressed by the filter {_FILTERS.get(missing[0], 'of the number')} {missing[0]}",
+                where=self.place(name),
+                why="The HDF5 library of this installation does not have it; the file may be whole",
+                remedy="set HDF5_PLUGIN_PATH to the folder of its plug-in (hdf5plugin.PLUGINS_PATH of the package "
+                "hdf5plugin), or write the file again with gzip, as h5repack -f GZIP=1 does where the filter is there",
+            )
 
     def _item(self, name: str) -> Any:
         """The object of this name, None: there is none.  Kept: finding one takes longer than reading most of them."""

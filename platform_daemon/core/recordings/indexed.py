@@ -85,7 +85,7 @@ class IndexedSummary:
 @dataclass(frozen=True)
 class IndexUpdate:
     """looked: how many files were read; specimens: names of those whose recordings were added, changed or deleted;
-    in_use: how many files another program had open, so that they are to be read again.
+    in_use: how many files could not be read now, as those that another program has open, and are to be read again.
     """
 
     looked: int

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import sqlite3
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -18,15 +20,17 @@ import structlog
 
 from drivers.errors import RecordingError
 from platform_daemon.core.recordings.index import Entry, recording_files
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.state.database import Database, Schema, WhenDamaged, delete, tables
 from platform_daemon.core.state.durable import storage_error
-from platform_daemon.core.state.errors import IndexUnfinished, RecordingInUse
+from platform_daemon.core.state.errors import IndexUnfinished, RecordingNotNow
 
 from .indexed import IndexedPoint, IndexedRecording, IndexedShot, IndexedSummary, IndexUpdate, Wanted
 
 INDEX = ".index.db"
 """Name of the file in the folder of the recordings; no recording has such a name."""
 log = structlog.get_logger()
+_ELSEWHERE: dict[Path, tempfile.TemporaryDirectory[str]] = {}  # by the folder of the recordings
 _COLUMNS = "identifier, begun, specimen, operator, frames, good, calibration, fit, resonator, step, clock"
 _TABLES = """
 CREATE TABLE recordings (identifier TEXT PRIMARY KEY, file TEXT NOT NULL, size INTEGER NOT NULL,
@@ -57,7 +61,19 @@ def open_index(folder: Path, *, rebuild: bool = False) -> RecordingIndex:
         >>> with contextlib.closing(open_index(Path("data/recordings"))) as index:
         ...     index.find(Wanted(specimen="A7"))
     """
-    return RecordingIndex(folder / INDEX, folder, rebuild=rebuild)
+    return RecordingIndex(_place(folder), folder, rebuild=rebuild)
+
+
+def _place(folder: Path) -> Path:
+    """Where the index is kept: with the recordings; where this account may not write there, as on a disk that is
+    read-only, in a folder of this process, because whoever only looks needs no more than to read."""
+    index = folder / INDEX
+    if not folder.is_dir() or (os.access(folder, os.W_OK) and (not index.exists() or os.access(index, os.W_OK))):
+        return index
+    place = folder.resolve()
+    if place not in _ELSEWHERE:
+        _ELSEWHERE[place] = tempfile.TemporaryDirectory(prefix="mmr-index-")
+    return Path(_ELSEWHERE[place].name) / INDEX
 
 
 class RecordingIndex:
@@ -72,7 +88,7 @@ class RecordingIndex:
         schema = Schema(
             title="the index of the recordings",
             application_id=0x4D4D5249,  # "MMRI"
-            version=8,
+            version=9,
             create=self._create,
             when_damaged=WhenDamaged.DELETE,
             remedy="free or repair the disk, then platform-daemon index rebuild; no recording is lost",
@@ -83,7 +99,7 @@ class RecordingIndex:
             except OSError as error:
                 raise storage_error(path, error) from error
         self._file = Database(path, schema)
-        self._file.add_function("folded", str.casefold)  # SQLite's lower() knows ASCII only
+        self._file.add_function("folded", _folded)  # SQLite's lower() knows ASCII only
 
     def _create(self, sql: sqlite3.Connection) -> None:
         tables(_TABLES)(sql)
@@ -102,8 +118,9 @@ class RecordingIndex:
     def update(self, look: Look, done: Callable[[int, int], None] = lambda n, of: None) -> IndexUpdate:
         """Read the files that are new or have changed, and remove those that were deleted.
 
-        A file that cannot be read is kept with the reason, and read again when it has changed; one that is in use, the
-        next time.  look: reads one file; done: called with how many files were read, and of how many.
+        A file that cannot be read is kept with the reason, and read again when it has changed; one that is in use, or
+        that this account may not read now, is read again the next time.  look: reads one file; done: called with how
+        many files were read, and of how many.
         """
         known = {row[0]: row[1:] for row in self._file.rows("SELECT identifier, file, size, modified FROM recordings")}
         there: dict[str, tuple[str, int, int]] = {}
@@ -142,7 +159,7 @@ class RecordingIndex:
             found, shots = look(self._folder / facts[0]) or (None, ())
         except Exception as failure:  # one file must not end the index of all others
             error = str(failure) or type(failure).__name__
-            in_use = isinstance(failure, RecordingInUse)
+            in_use = isinstance(failure, (RecordingNotNow, OSError, MemoryError))
             if not isinstance(failure, RecordingError):
                 log.error("recording_not_looked_at", file=facts[0], exc_info=failure)
         if in_use:
@@ -171,7 +188,7 @@ class RecordingIndex:
             "begun >= ?": w.since,
             "begun <= ?": w.until,
             "(good < frames) = ?": w.refused,
-            "identifier IN (SELECT recording FROM tags WHERE tag = ?)": w.tag and w.tag.removeprefix("#").casefold(),
+            "identifier IN (SELECT recording FROM tags WHERE tag = ?)": w.tag and _folded(w.tag.removeprefix("#")),
             "resonator = ?": w.resonator,
         }
         used = {text: value for text, value in conditions.items() if value is not None}
@@ -261,6 +278,10 @@ class RecordingIndex:
             what, why = "the index of the recordings is being made", "it was missing, damaged or of another version"
             raise IndexUnfinished(what, where=str(self._path), why=why, remedy="repeat the request in some seconds")
         return self._file.rows(query, values)
+
+
+def _folded(text: str) -> str:
+    return same_name(text).casefold()
 
 
 def _listed(found: IndexedRecording) -> str | None:

@@ -1,7 +1,12 @@
-"""Text that people give: names are one line, comments may be several; neither contains control characters."""
+"""Text that people give: names are one line, comments may be several; neither contains control characters.
+
+Letters that can be written in two ways (an o with diaeresis as one character, or as an o and a combining mark, as some
+keyboards and file systems do) are kept in one (Unicode's form NFC), so that what looks alike is alike.
+"""
 
 from __future__ import annotations
 
+import unicodedata
 from typing import Annotated
 
 from pydantic import AfterValidator, Field
@@ -15,14 +20,24 @@ def _one_line(text: str) -> str:
     found = CONTROL_CHARACTERS.search(text)
     if found is not None:
         raise ValueError(f"holds the control character {found[0]!a}: it is one line of plain text")
-    return text
+    return unicodedata.normalize("NFC", text)
 
 
 def _lines(text: str) -> str:
     found = next((each for each in CONTROL_CHARACTERS.findall(text) if each not in _OF_TEXT), None)
     if found is not None:
         raise ValueError(f"holds the control character {found!a}: it is plain text, of several lines perhaps")
-    return text
+    return unicodedata.normalize("NFC", text)
+
+
+def same_name(text: str) -> str:
+    """A name as it is compared: in NFC, without blanks around it, and one blank for several.
+
+    Example:
+        >>> same_name(" T  07 ")
+        'T 07'
+    """
+    return " ".join(unicodedata.normalize("NFC", text).split())
 
 
 OneLine = AfterValidator(_one_line)

@@ -10,8 +10,10 @@ PlatformError
     └── RecordingError
         ├── NotFinite             a sample is NaN or infinite
         ├── UnknownUnit           numbers in a unit that is unknown, or of another dimension
-        └── RecordingInUse        another program has the file open for writing (REST: 423)
-            └── RecordingUnfinished   the file is cut off and has changed just now: it may still be written
+        ├── MissingFilter         the data are compressed in a way that this HDF5 library cannot undo
+        └── RecordingNotNow       it cannot be read now, for a reason that may pass without a change of the file
+            └── RecordingInUse        another program has the file open for writing (REST: 423)
+                └── RecordingUnfinished   the file is cut off and has changed just now: it may still be written
 """
 
 from __future__ import annotations
@@ -56,7 +58,11 @@ class UnknownRecording(InputError):
     http_status = 404
 
 
-class RecordingInUse(RecordingError):
+class RecordingNotNow(RecordingError):
+    """The file cannot be read now: no permission, a disk or network that fails.  It may be whole."""
+
+
+class RecordingInUse(RecordingNotNow):
     """Another program has the file open for writing: it can be read later, and is not damaged."""
 
     title = "Recording in use"
@@ -67,6 +73,12 @@ class RecordingUnfinished(RecordingInUse):
     """The file ends too early and has changed seconds ago: it may still be written or copied."""
 
     title = "Recording unfinished"
+
+
+class MissingFilter(RecordingError):
+    """A dataset is compressed by a filter that this HDF5 library does not have: the file is whole."""
+
+    title = "Missing filter of HDF5"
 
 
 class UnknownUnit(RecordingError):

@@ -7,6 +7,7 @@ Without a place numba refuses to compile, and where an account has no home it ma
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tempfile
 from pathlib import Path
@@ -53,11 +54,12 @@ def choose_font_cache() -> None:
     """
     if FONTS in os.environ:
         return
-    try:
+    with contextlib.suppress(RuntimeError):  # the account has no home
         if os.access(Path.home(), os.W_OK):
             return
+    try:
         place = state_home() / "platform-daemon" / "matplotlib"
-    except RuntimeError:  # the account has no home
+    except RuntimeError:  # nor a folder of the state
         return
     if _takes_files(place):
         os.environ[FONTS] = str(place)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -54,6 +55,8 @@ class Metrics:
         """All numbers in the text format."""
         self._standing.set(self._open_alarms())
         self._disk.set(shutil.disk_usage(self._folder).free)
+        for each in (self._queued, self._running, self._closed, self._celsius):
+            each.set(math.nan)  # until it is known: 0 would be a value
         try:
             status = self._hardware.status()
         except PlatformError:

@@ -80,6 +80,18 @@ class ProcedureOptions:
     ] = None
     max_ut: Annotated[float | None, typer.Option(help="Field that the ramp does not pass, uT.")] = None
 
+    def refuse(self, acquisition: Keys) -> None:
+        """Raises InputError for an option that shots which were made already cannot have."""
+        usual = {"shots": 100, "blank_shots": 4}
+        changed = [key for key, value in acquisition.items() if value and value != usual.get(key)]
+        given = {"--no-tune": self.tune is False, "--ramp": self.ramp is not None, "--max-ut": self.max_ut is not None}
+        of_sequence = "--field-ut, --rx-s, --pause-s"
+        named = [of_sequence if key == "sequence" else f"--{key.replace('_', '-')}" for key in changed]
+        named += [name for name, there in given.items() if there]
+        if named:
+            what, remedy = "goes with shots that are made now", "leave it out, or name a resonator in place of --from"
+            raise InputError(what, where=named[0], remedy=remedy)
+
     def keys(self, acquisition: Keys) -> Keys:
         """As the request has them, whose shots are made as `acquisition` says."""
         ramps = "field_t" not in acquisition.get("sequence", {}) if self.ramp is None else self.ramp
@@ -158,6 +170,7 @@ def characterise(
     report.check()
     heed_one_interrupt()
     if sources:
+        procedure.refuse(acquisition)
         _of_recordings(sources, variant_named(variant, kept.models), recording, report)
         return
     recording.refuse()

@@ -50,6 +50,9 @@ def _read(path: Path) -> DiagnosisReport:
     remedy = "name a file of diagnose --json"
     try:
         found = json.loads(read_text_file(path), parse_constant=_refuse)
+    except OSError as error:
+        what, why = "cannot be read", error.strerror or str(error)
+        raise InputError(what, where=str(path), why=why, remedy=remedy) from None
     except (ValueError, RecursionError) as error:
         raise InputError("is not JSON", where=str(path), why=str(error), remedy=remedy) from None
     try:

@@ -43,6 +43,17 @@ class FrameSignal:
             raise RefusedError(Refusal.SATURATED, str(clipped))
         return clipped
 
+    def without_a_reading(self) -> tuple[str, ...]:
+        """A warning for each channel that has one value in all samples, as one that nothing was read from has."""
+        if self.raw is None:
+            return ()
+        return tuple(
+            f"silent_channel: every sample of channel {channel} is {y[0]:.6g} V, without any noise: was it connected, "
+            "or was a channel that was not measured filled up? The fit has taken it for a measured one"
+            for channel, y in enumerate(self.raw)
+            if y.size and y.min() == y.max()
+        )
+
 
 def reason_of(error: PlatformError) -> str:
     """Why a frame that cannot be read is refused."""

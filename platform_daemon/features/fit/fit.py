@@ -78,7 +78,7 @@ def fit_signal(
         return fit
     few = () if clipped is None else (f"saturated: {clipped}, too few to spoil the result",)
     said = out_of_validity(calibration, fit.parameters["f_nat_hz"].value, taken or ShotConditions())
-    warnings = (*fit.warnings, *few, *said, *implausible_moment(fit, ask.moment_am2))
+    warnings = (*fit.warnings, *few, *signal.without_a_reading(), *said, *implausible_moment(fit, ask.moment_am2))
     return replace(fit, warnings=warnings, systematic_std=systematic_std(calibration, fit))
 
 

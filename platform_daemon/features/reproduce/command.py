@@ -74,7 +74,9 @@ def _prepare(out: Path, campaign: Campaign, *, resume: bool) -> None:
 
     file = out / "campaign.json"
     if not resume:
-        if out.is_file() or (out.is_dir() and any(out.iterdir())):
+        if out.is_file():
+            raise InputError("is a file", where=str(out), remedy="name a folder")
+        if out.is_dir() and any(out.iterdir()):
             raise InputError("the folder is not empty", where=str(out), remedy="name another one, or give --resume")
         out.mkdir(parents=True, exist_ok=True)
         write_json(file, campaign)

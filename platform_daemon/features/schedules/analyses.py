@@ -13,6 +13,7 @@ from platform_daemon.core.jobs.job_records import JobRecords
 from platform_daemon.core.jobs.jobs import AnyJob, Job
 from platform_daemon.core.recordings.recording_index import open_index
 from platform_daemon.core.schemas.base import NoResult
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.service.job_view import JobView
 from platform_daemon.core.state.errors import StorageError
 from platform_daemon.features.diagnose.request_schema import DiagnosisRequest
@@ -65,7 +66,7 @@ class ScheduledAnalyses:
     def _newest(self, specimen: str, count: int) -> list[str]:
         """Ids of its recordings, newest last."""
         with closing(open_index(self._recordings)) as index:
-            found = list(index.newest(specimen, count))
+            found = list(index.newest(same_name(specimen), count))
         if not found:
             why = "none with on-line fits has been indexed"
             remedy = "measure it first; `sample` of an acquisition is the name of the specimen, else its resonator's"

@@ -10,6 +10,7 @@ from pathlib import Path
 from drivers.errors import InputError
 from platform_daemon.core.recordings.recording_index import open_index
 from platform_daemon.core.schemas.base import to_json
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.state.durable import write_file
 from platform_daemon.core.state.errors import StorageError
 
@@ -26,6 +27,7 @@ def baseline_of(folder: Path, specimen: str) -> Baseline | None:
 
 def accept(folder: Path, specimen: str, request: BaselineRequest) -> Baseline:
     """Restart the charts of a specimen at its next recording, or from `since` on.  Raises InputError, StorageError."""
+    specimen = same_name(specimen)
     now = datetime.now(UTC)
     since = _after_newest(folder, specimen, now) if request.since is None else in_utc(request.since, "since")
     if request.since is not None and since > now:

@@ -14,6 +14,7 @@ from platform_daemon.core.recordings.recorded_fits import read_fit
 from platform_daemon.core.recordings.recording import Recording
 from platform_daemon.core.recordings.recording_index import open_index
 from platform_daemon.core.schemas.fits import BLANK
+from platform_daemon.core.schemas.text import same_name
 
 from .baseline import in_utc
 from .indexed import check_known
@@ -28,6 +29,7 @@ def exported_fits(folder: Path, specimen: str) -> list[Row]:
 
     Raises UnknownSpecimen, InputError for a time that is none, RecordingError, StorageError.
     """
+    specimen = same_name(specimen)
     with closing(open_index(folder)) as index:
         check_known(index, specimen)
         names = [name for name, _, _, whose, _ in index.files() if whose == specimen]

@@ -11,6 +11,7 @@ from typing import get_args
 import structlog
 
 from drivers.errors import PlatformError
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.features.alarms.board import AlarmBoard
 
 from .indexed import indexed_specimens, indexed_trend, update_index
@@ -115,6 +116,7 @@ class TrendKeeper:
 
     def judge(self, specimen: str) -> None:
         """Raise or clear the alarms of a specimen.  Raises UnknownSpecimen, StorageError."""
+        specimen = same_name(specimen)
         report = indexed_trend(self._folder, specimen)
         persistent = {each.name: each for each in report.changes if each.stands}
         for name, change in persistent.items():

@@ -14,6 +14,7 @@ from drivers.errors import InputError
 from platform_daemon.core.recordings.index import Entry
 from platform_daemon.core.recordings.indexed import IndexedRecording, IndexedSummary, IndexUpdate, Wanted
 from platform_daemon.core.recordings.recording_index import RecordingIndex, open_index
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.state.errors import StorageError
 
 from .baseline import baseline_of, in_utc
@@ -47,7 +48,8 @@ def update_index(
 def find_recordings(folder: Path, wanted: Wanted) -> tuple[str, ...]:
     """Names of the files of what is looked for, by the index; times in any zone.  Raises InputError, StorageError."""
     since, until = _between(wanted.since, wanted.until)
-    in_utc = replace(wanted, since=since, until=until)
+    name = None if wanted.specimen is None else same_name(wanted.specimen)
+    in_utc = replace(wanted, specimen=name, since=since, until=until)
     with closing(open_index(folder)) as index:
         return tuple(index.find(in_utc))
 
@@ -87,6 +89,7 @@ def indexed_trend(
     step: of procedures, see `of_step`; None: the last one.  Raises UnknownSpecimen, InputError, StorageError,
     RecordingError.
     """
+    specimen = same_name(specimen)
     begin, end = _between(since, until)
     accepted = baseline_of(folder, specimen) if since is None else None
     if accepted is not None:
@@ -109,6 +112,7 @@ def indexed_trend(
 
 def indexed_recordings(folder: Path, specimen: str) -> list[IndexedRecording]:
     """Those with on-line fits, oldest first.  Raises UnknownSpecimen, StorageError."""
+    specimen = same_name(specimen)
     with closing(open_index(folder)) as index:
         check_known(index, specimen)
         return list(index.recordings(specimen))

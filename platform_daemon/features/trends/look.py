@@ -20,6 +20,7 @@ from platform_daemon.core.recordings.procedure_steps import chosen_step
 from platform_daemon.core.recordings.reader import open_recording
 from platform_daemon.core.recordings.recorded_fits import read_fit
 from platform_daemon.core.recordings.recording import Recording
+from platform_daemon.core.schemas.text import same_name
 
 from .points import points_in
 
@@ -47,7 +48,7 @@ def look_at_recording(path: Path) -> tuple[IndexedRecording, Sequence[IndexedSho
     found = IndexedRecording(
         identifier=path.stem,
         begun=_utc(p.start_time, path),
-        specimen=p.sample_name,
+        specimen=same_name(p.sample_name),
         operator=p.operator,
         frames=recording.frames,
         good=sum(info.verdict == "good" for info in recording.frame_info),
@@ -66,7 +67,7 @@ def look_at_recording(path: Path) -> tuple[IndexedRecording, Sequence[IndexedSho
 def tags_in(comment: str) -> frozenset[str]:
     """Words that begin with #, without it, in small letters."""
     words = (word.strip(_BESIDE_A_WORD) for word in comment.split())
-    return frozenset(word[1:].casefold() for word in words if _TAG.fullmatch(word))
+    return frozenset(same_name(word[1:]).casefold() for word in words if _TAG.fullmatch(word))
 
 
 def _shots(recording: Recording, table: FitTable) -> list[IndexedShot]:

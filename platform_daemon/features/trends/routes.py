@@ -6,6 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Response
 
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.web.context import Context, Shared
 from platform_daemon.core.web.network.routes import GuardedRoute
 from platform_daemon.core.web.pages import NEXT, Paged
@@ -113,6 +114,7 @@ def accept_specimen(specimen: Specimen, body: BaselineRequest, context: Shared) 
     from .baseline import accept
     from .indexed import indexed_specimens, indexed_trend
 
+    specimen = same_name(specimen)
     if specimen not in indexed_specimens(context.folders.recordings):
         indexed_trend(context.folders.recordings, specimen)  # which says so
     made = accept(context.folders.recordings, specimen, body)

@@ -9,6 +9,7 @@ from urllib.parse import quote
 from drivers.errors import ConfigError
 from drivers.specimen import Specimen
 from platform_daemon.core.schemas.requests import SequencePreset
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.settings import load_sequence
 from platform_daemon.core.web.context import Context
 from platform_daemon.features.models.library import Library
@@ -21,6 +22,7 @@ def specimen_page(specimen: str, context: Context) -> SpecimenPage:
     """The page.  Raises UnknownSpecimen, StorageError."""
     from .indexed import indexed_recordings, indexed_trend
 
+    specimen = same_name(specimen)
     found = indexed_recordings(context.folders.recordings, specimen)
     trend = indexed_trend(context.folders.recordings, specimen)
     newest_first = Counter(each.resonator for each in reversed(found))

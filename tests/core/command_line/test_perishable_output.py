@@ -11,8 +11,9 @@ import sys
 import pytest
 
 from platform_daemon.core.command_line.terminal import TolerantStream, print_kept_nowhere, tolerant_streams
-from tests.kit.command_line import COMMAND
+from tests.kit.command_line import COMMAND, assert_one_line_error, here
 from tests.kit.recording_files import write_series
+from tests.kit.small_disk import remount, small_disk
 
 
 @pytest.fixture(scope="module")
@@ -33,12 +34,23 @@ def as_process(arguments, stdout, **environment):
 
 
 def test_a_full_disk_under_a_log_costs_lines_of_the_log_and_says_so(recording, tmp_path):
+    """Case 04: the file is written before the table is printed."""
     with open("/dev/full", "w") as full:
         done = as_process(("info", recording, "--json", tmp_path / "r.json"), full)
     assert done.returncode == 0, done.stderr
     assert json.loads((tmp_path / "r.json").read_text())
     assert "not all of the output was written: No space left on device" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_the_work(recording, tmp_path):
+    """Case 11: a disk that is read-only."""
+    with small_disk(tmp_path / "disk", 1) as disk:
+        remount(disk, "ro")
+        for words in (("fit", recording), ("diagnose", recording), ("predict", "--resonator", "jewel")):
+            done = here(*words, "--json", disk / "x.json")
+            assert_one_line_error(done, 2, "x.json: its folder cannot be written", "Remedy: name a file in another")
+            assert done.stdout == ""
 
 
 def test_a_reader_that_has_ended_costs_nothing_else(recording, tmp_path):

@@ -39,6 +39,7 @@ def open_elsewhere(path: Path) -> Iterator[None]:
 
 
 def test_a_file_that_is_open_for_writing_is_in_use_until_it_is_closed(tmp_path: Path) -> None:
+    """Case 06: not now is not never."""
     path = write_minimal(tmp_path / "a.h5")
     with open_elsewhere(path):
         with pytest.raises(RecordingInUse, match=r"another program has the file open.*Remedy: try again") as seen:

@@ -85,6 +85,7 @@ def in_unit(path: Path, name: str, factor: float, unit: object) -> Path:
 def test_a_recording_in_multiples_of_its_units_is_the_same_recording(
     tmp_path: Path, name: str, factor: float, unit: object
 ) -> None:
+    """Case 02: the units of every number that has a dimension count."""
     plain = open_recording(write_minimal(tmp_path / "plain.h5"))
     found = open_recording(in_unit(write_minimal(tmp_path / "scaled.h5"), name, factor, unit))
     assert found.sequence == plain.sequence
@@ -174,6 +175,7 @@ def test_nanoseconds_since_1970_keep_their_even_steps(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("names", [("real", "imag"), ("Re", "Im"), ("imag", "real")])
 def test_complex_numbers_may_be_compounds_of_two_floats(tmp_path: Path, names: tuple[str, str]) -> None:
+    """Case 11: as Octave and others write them."""
     table = np.zeros((3, 2), dtype=[(name, "f8") for name in names])
     for name in names:
         table[name] = 0.25 if name.lower().startswith("im") else 1.0
@@ -185,6 +187,7 @@ def test_complex_numbers_may_be_compounds_of_two_floats(tmp_path: Path, names: t
 @pytest.mark.parametrize("axes", [(2, 1, 0), (0, 2, 1), (2, 0, 1)])
 @pytest.mark.parametrize("named", [True, False])
 def test_reversed_axes_are_refused_at_opening(tmp_path: Path, axes: tuple[int, ...], named: bool) -> None:
+    """Case 08."""
     data = np.stack([volts(0), volts(1)]).transpose(axes)
     windows = {} if named else {f"/sequence/num{w}Samples": None for w in ("Tx", "Switch", "Rx")}
     path = write_minimal(tmp_path / "a.h5", {"/data": data, "/calibration/sensitivity": None, **windows})

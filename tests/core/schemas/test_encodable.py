@@ -16,6 +16,7 @@ NAME = os.fsdecode(b"pr\xfcfling.h5")
 
 
 def test_bytes_that_are_not_utf_8_are_written_out() -> None:
+    """Case 10: names that are not UTF-8."""
     assert encodable(NAME) == printable(NAME) == r"pr\xfcfling.h5"
     assert encodable("half \ud834 of two") == "half \ufffd of two"
     assert encodable("whole 𝄞, Łódź") == "whole 𝄞, Łódź"

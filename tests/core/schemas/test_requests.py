@@ -130,6 +130,7 @@ def test_names_are_one_line_and_comments_may_have_several() -> None:
 def test_a_whole_number_may_be_written_with_a_fraction_of_zero(
     model: type[Any], keys: dict[str, Any], same: dict[str, Any]
 ) -> None:
+    """Case 11: 3.0 where a whole number is asked for."""
     assert model.model_validate_json(json.dumps(keys)) == model.model_validate(same)
     assert model.model_validate(keys) == model.model_validate(same)
 

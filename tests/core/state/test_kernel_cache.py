@@ -62,10 +62,18 @@ def test_fonts_are_kept_with_the_state_where_there_is_no_home(monkeypatch, tmp_p
     assert os.environ[FONTS] == str(tmp_path / "state/platform-daemon/matplotlib")
     monkeypatch.delenv(FONTS)
 
+    def no_account():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr("pathlib.Path.home", no_account)  # as of a number that no account has
+    choose_font_cache()
+    assert os.environ[FONTS] == str(tmp_path / "state/platform-daemon/matplotlib")
+    monkeypatch.delenv(FONTS)
+
 
 @needs_namespaces
 def test_an_account_that_can_write_nothing_compiles_and_leaves_no_folder(tmp_path):
-    """Both kinds of kernels, as the account of a service without a home."""
+    """Case 07. Both kinds of kernels, as the account of a service without a home."""
     if os.geteuid() != 0:
         pytest.skip("only root can run a program as another account")
     work = tmp_path / "work"

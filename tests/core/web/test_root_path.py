@@ -17,6 +17,7 @@ def client(root_path=""):
 
 
 def test_a_redirect_names_neither_scheme_nor_host():
+    """Case 11: behind a proxy that speaks TLS."""
     for headers in ({}, {"X-Forwarded-Proto": "https"}):
         answer = client().get("/recordings/", headers=headers)
         assert (answer.status_code, answer.headers["location"]) == (307, "/recordings")

@@ -24,6 +24,7 @@ from drivers.scpi import usb_wire
 from drivers.scpi.amplifier import ScpiAmplifier
 from drivers.scpi.backend import ScpiBackend
 from drivers.scpi.options import AmplifierCommands, Words
+from drivers.scpi.wires import TcpWire
 from drivers.testing import ScriptedWires, TcpDevice
 
 
@@ -412,3 +413,29 @@ def test_a_usb_device_that_is_pulled_out_is_lost_and_one_that_sleeps_timed_out(m
         Pulled.error = error
         with pytest.raises(kind):
             ScpiBackend({}).power_amplifier(USB)
+
+
+class _Talkative(threading.Thread):
+    """A device that greets whoever connects, and says something unasked after every answer."""
+
+    def __init__(self):
+        super().__init__(daemon=True)
+        self.listening = socket.create_server(("127.0.0.1", 0))
+
+    def run(self):
+        peer, _ = self.listening.accept()
+        with peer, peer.makefile("rb") as lines:
+            peer.sendall(b"Welcome to ACME\r\n> \r\n")
+            for line in lines:
+                peer.sendall(line.strip().lower() + b"\nunasked\n")
+
+
+def test_what_a_device_says_unasked_is_no_answer():
+    device = _Talkative()
+    device.start()
+    with device.listening:
+        wire = TcpWire("127.0.0.1", device.listening.getsockname()[1], 5.0)
+        for question in ("*IDN?", "TEMP?", "GAIN?"):
+            wire.send(question)
+            assert wire.receive() == question.lower()
+        wire.close()

@@ -65,6 +65,7 @@ def test_the_made_up_record_passes_as_clean_so_that_no_more_than_a_clean_fit_nee
 
 
 def test_without_compilation_kernels_are_plain_python():
+    """Case 11: NUMBA_DISABLE_JIT."""
     program = (
         "from platform_daemon.estimation.numerics.jit import kernel, part, fast_kernel, fast_part, inlined\n"
         "import platform_daemon.estimation.fit, sim_backend.rotor.motion\n"

@@ -38,6 +38,7 @@ def thermometer(answer):
 @pytest.mark.long
 @pytest.mark.parametrize("nonsense", [b'-113,"Undefined header"', b"-999", b"85.0", b"9.91E37", b"nan", b"", None])
 def test_a_series_goes_on_without_a_temperature(engine_with, tmp_path, nonsense):
+    """Case 03: nonsense of a thermometer ends no series."""
     wrong = threading.Event()
     with thermometer(lambda: nonsense if wrong.is_set() else b"22.5") as override:
         engine = engine_with(override)

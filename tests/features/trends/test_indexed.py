@@ -7,6 +7,7 @@ import shutil
 import sqlite3
 from datetime import UTC, datetime
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -284,3 +285,44 @@ def test_a_list_has_the_means_of_the_fits_of_each_recording(indexed):
         assert summary.sample == "T 1"
         assert (summary.good, summary.refused) == (recording.frames, 0)
     assert summaries_of(indexed, []) == {}
+
+
+@pytest.mark.parametrize("asked", ["Jürgen 1", "Ju\u0308rgen 1", " Jürgen  1 "])
+def test_a_name_that_looks_the_same_is_of_the_same_specimen(tmp_path, asked):
+    """In Unicode's composed and decomposed forms, and with blanks that nobody sees."""
+    for k, name in enumerate(("Jürgen 1", "Ju\u0308rgen 1", "Jürgen 1 ")):
+        (made,) = months(tmp_path, 1, specimen=name, comment="#naïf")
+        made.rename(tmp_path / f"{k}.h5")
+    update_index(tmp_path)
+    assert indexed_specimens(tmp_path) == ("Jürgen 1",)
+    assert len(indexed_trend(tmp_path, asked).points) == 3
+    assert len(find_recordings(tmp_path, Wanted(specimen=asked, tag="nai\u0308f"))) == 3
+    accept(tmp_path, asked, BaselineRequest(by="A", reason="new"))
+    assert indexed_trend(tmp_path, "Jürgen 1").points == ()
+
+
+def test_who_looks_at_a_folder_that_is_read_only_sees_its_trends(folder, monkeypatch):
+    (folder / INDEX).unlink()
+    before = {path.name for path in folder.iterdir()}
+    access = os.access
+    monkeypatch.setattr(os, "access", lambda path, how: how != os.W_OK and access(path, how))  # root may write anywhere
+    update_index(folder)
+    assert len(indexed_trend(folder, "T 1").points) == 70
+    assert {path.name for path in folder.iterdir()} == before
+
+
+def test_a_file_that_could_not_be_read_for_a_moment_is_read_later(tmp_path, monkeypatch):
+    """Nothing of the file changes in between."""
+    months(tmp_path, 1)
+    refused = Path.open
+
+    def no_permission(path, *rest, **more):
+        if path.suffix == ".h5":
+            raise PermissionError(13, "Permission denied")
+        return refused(path, *rest, **more)
+
+    monkeypatch.setattr(Path, "open", no_permission)
+    assert "no permission" in str(update_index(tmp_path)[1])
+    monkeypatch.undo()
+    assert update_index(tmp_path)[1] == {}
+    assert indexed_specimens(tmp_path) == ("T 1",)
