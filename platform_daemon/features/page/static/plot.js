@@ -5,7 +5,7 @@ import { significant, uncertain } from "./format.js";
 const HEIGHT = 240;
 const TABLE_ROWS = 20;
 const CROSS_PX = 4;
-/** Colours that the colour-blind can distinguish, on light and dark ground (Okabe and Ito), and by their dashes. */
+/** Told apart by the colour-blind, on light and dark ground (Okabe and Ito), and by their dashes. */
 export const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#b0529b"];
 const DASHES = [[], [6, 3], [2, 3], [8, 3, 2, 3]];
 
@@ -187,7 +187,7 @@ function axisValues(log) {
     splits.map((v) => (v === null ? "" : log || (v !== 0 && (Math.abs(v) < 1e-3 || Math.abs(v) >= 1e6)) ? v.toExponential(log ? 0 : 1) : significant(v, 9)));
 }
 
-/** Is it distinguished by its dashes, too? @param {Line} line */
+/** Is it told apart by its dashes, too? @param {Line} line */
 function isDashed(line) {
   return !line.plainLine && !line.points && !line.low;
 }
