@@ -1,8 +1,8 @@
 """Tables of time and signal from elsewhere: CSV and the like, and npz.
 
 The names of the columns say what they hold, with the unit in brackets or at the end, as `time_s`, `t [ms]`,
-`x_am2_per_s`, `u1 (mV)`, `phi_deg`.  Where they do not, the caller names column and unit, or a file of the
-same name with `.toml` at its end does:
+`x_am2_per_s`, `u1 (mV)`, `phi_deg`.  Where they do not, the caller tells it, or a file of the same name with `.toml`
+behind it:
 
     time = "t"
     time_unit = "ms"
@@ -17,7 +17,6 @@ import re
 import tomllib
 import zipfile
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -58,13 +57,13 @@ def is_column_file(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES
 
 
-def read_columns(path: Path, columns: Columns | None = None) -> Recording | AngleSeries:
+def read_columns(path: Path, told: Columns | None = None) -> Recording | AngleSeries:
     """The signal in a table.
 
-    columns: which ones; None: as their names or the file next to it say.  Raises RecordingError for a file that is no
+    told: which columns; None: as their names or the file next to it say.  Raises RecordingError for a file that is no
     table, a column that is not there or has no unit, and as signal_of.
     """
-    columns = columns or _columns_of_toml(path)
+    columns = told or _told_by_file(path)
     table = _npz(path) if path.suffix.lower() == ".npz" else _text(path)
     time = columns.time or _time_name(table, path)
     names = columns.signal or tuple(name for name in table if name != time)
@@ -75,8 +74,7 @@ def read_columns(path: Path, columns: Columns | None = None) -> Recording | Angl
         )
     time_s = table[time] * _factor(columns.time_unit or _unit_in(time), "s", f"{path}: {time}", "time_unit")
     quantity, signal = _signal(table, names, columns.unit, path)
-    read = signal_of(time_s.reshape(-1), signal, quantity, where=str(path))
-    return replace(read, size_bytes=path.stat().st_size) if isinstance(read, Recording) else read
+    return signal_of(time_s.reshape(-1), signal, quantity, where=str(path))
 
 
 def _signal(
@@ -134,19 +132,19 @@ def _time_name(table: Mapping[str, NDArray[np.float64]], path: Path) -> str:
     raise RecordingError("no column is called time", where=str(path), why=why, remedy=remedy)
 
 
-def _columns_of_toml(path: Path) -> Columns:
-    toml = path.with_name(f"{path.name}.toml")
-    if not toml.is_file():
+def _told_by_file(path: Path) -> Columns:
+    beside = path.with_name(f"{path.name}.toml")
+    if not beside.is_file():
         return Columns()
     try:
-        table = tomllib.loads(read_text_file(toml))
+        table = tomllib.loads(read_text_file(beside))
     except (OSError, ValueError) as error:
-        raise RecordingError("is no TOML file", where=str(toml), why=str(error), remedy="correct it") from None
+        raise RecordingError("is no TOML file", where=str(beside), why=str(error), remedy="correct it") from None
     try:
         return Columns.model_validate(table)
     except ValidationError as error:
         first = error.errors()[0]
-        where = f"{toml}: {'.'.join(map(str, first['loc']))}"
+        where = f"{beside}: {'.'.join(map(str, first['loc']))}"
         remedy = f"the keys are {', '.join(Columns.model_fields)}: names and units are texts, signal is a list of names"
         raise RecordingError(first["msg"], where=where, remedy=remedy) from None
 

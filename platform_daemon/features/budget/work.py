@@ -283,10 +283,6 @@ def _explained(long: Situation, short: Situation) -> Array:
 
 
 def _budgets(given: Situation, told: _Statistics, frames: tuple[int, ...], coverage: float) -> ResultBudgets:
-    """The budget of every parameter, their joint covariance, and of the orientation the cone that holds its axis.
-
-    given: fit and declared influences; told: values, covariance and model disagreement of the parameters.
-    """
     effects = effects_of(given)
     known = [each for each in effects if each.known is not None]
     between = {each.between: each.r for each in given.declared.correlation}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -31,7 +32,10 @@ def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -
 
     from .report import print_recording
 
-    recording = open_voltages(file).recording if is_column_file(file) else open_recording(file)
+    if is_column_file(file):
+        recording = replace(open_voltages(file).recording, size_bytes=file.stat().st_size)
+    else:
+        recording = open_recording(file)
     say_note(file, recording.other_layout)
     facts = describe(recording)
     must_not_exist(json_file, force, ".json")
