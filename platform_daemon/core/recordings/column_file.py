@@ -151,6 +151,9 @@ def _no_unit(name: str, said: str | None, path: Path, key: str, wanted: str) -> 
 
 
 def _unit_in(name: str) -> str | None:
+    column = _MATRIX_COLUMN.match(name)
+    if column:
+        return _unit_in(column[1])
     found = _BRACKETS.match(name)
     if found:
         return found[2]

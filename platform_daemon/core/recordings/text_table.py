@@ -61,6 +61,9 @@ def text_table(content: bytes, where: str) -> Table:
     separator, mark = _format_of([line for _, line in rows[-_JUDGED:]])
     cells = [(k, _cells(line, separator)) for k, line in rows]
     wide = Counter(len(each) for _, each in cells).most_common(1)[0][0]
+    if wide > 1 and not any(each[-1] for _, each in cells if len(each) == wide):  # each line ends with a separator
+        wide -= 1
+        cells = [(k, each[:-1] if len(each) > wide else each) for k, each in cells]
     first = next((i for i, (_, each) in enumerate(cells) if len(each) == wide and _share(each, mark) >= 0.5), None)
     if first is None or len(cells) - first < 2:
         raise _no_table(where)
@@ -84,11 +87,9 @@ def _format_of(lines: Sequence[str]) -> tuple[str | None, str]:
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
-    """Of one line, without an empty one behind a last separator."""
     if separator is None:
         return line.split()
-    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
-    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
 
 
 def _share(cells: Sequence[str], mark: str) -> float:
@@ -127,11 +128,11 @@ def _columns(names: list[str], rows: list[tuple[int, list[str]]], mark: str, whe
     values = np.empty((len(rows), len(names)))
     texts: dict[int, tuple[int, str]] = {}  # of each column with text: how many cells, and the place of the first
     for i, (line, cells) in enumerate(rows):
-        if len(cells) not in (len(names), len(names) - 1) or len(cells) < min(len(names), 2):
+        if len(cells) != len(names):
             why = f"line {line} has {len(cells)}, the others {len(names)}"
             remedy = "write as many in each line, separated alike"
             raise RecordingError("lines have different numbers of columns", where=where, why=why, remedy=remedy)
-        for k, cell in enumerate([*cells, *[""] * (len(names) - len(cells))]):
+        for k, cell in enumerate(cells):
             number = _number(cell, mark)
             if number is None:
                 count, place = texts.get(k, (0, f"{cell!r} in line {line} is no number"))
