@@ -202,9 +202,12 @@ def fit_frames(
     terms: Sequence[str] = (),
     fixed: Mapping[str, float] | None = None,
 ) -> Fits:
-    """Fit several frames of a recording; frames: their numbers, None: all that are neither blank nor refused.
+    """Fit several frames of a recording.
 
-    The other arguments and the errors are those of `fit`.
+    Args:
+        recording: what `open`, `from_arrays` or `simulate` return.
+        frames: their numbers, from 0; None: all that are neither blank nor refused.
+        model, window, terms, fixed: as of `fit`, and so are the errors.
     """
     chosen = None if model is None else checked_variant(model, terms)
     measurement, used = recording.measurement.under(chosen, () if chosen else terms)

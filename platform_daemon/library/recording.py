@@ -75,11 +75,11 @@ class Recording:
         return self.measurement.signal(frame).record.samples
 
     def sampling_rate_hz(self, frame: int = 0) -> float:
-        """Samples per second."""
+        """Samples per second of a frame."""
         return self.measurement.signal(frame).record.sampling_rate_hz
 
     def time_s(self, frame: int = 0) -> NDArray[np.float64]:
-        """Time of each sample since the first one, s, (n,)."""
+        """Time of each sample of a frame since its first one, s, (n,)."""
         record = self.measurement.signal(frame).record
         return np.arange(record.samples.shape[1]) / record.sampling_rate_hz
 
