@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -113,13 +114,17 @@ class Fit(Mapping[str, Estimate]):
         return found.of(quantity)
 
     def plot(self, path: str | Path | None = None) -> Figure:
-        """Signal, fit, residual and spectrum, also saved at `path`, by its suffix as PNG, PDF or SVG."""
+        """Signal, fit, residual and spectrum, also saved at `path`, by its suffix as PNG, PDF or SVG.
+
+        A cell of a notebook that ends with it shows it.
+        """
         from platform_daemon.features.fit.plot_data import plot_data_of
         from platform_daemon.features.fit.ring_down_figure import draw
 
         measurement = self.recording.measurement
         record = measurement.signal(self.frame).record
         figure = draw(plot_data_of(measurement, self.frame, record, self.result))
+        _let_notebooks_show(figure)
         if path is not None:
             figure.savefig(path)
         return figure
@@ -218,3 +223,16 @@ def fit_frames(
     else:
         numbers = [recording.usable_frame() if k is None else k for k in frames]
     return Fits([Fit(recording, k, ask, fit_frame_of(measurement, k, ask)) for k in numbers])
+
+
+def _let_notebooks_show(figure: Figure) -> None:
+    """IPython draws figures only once pyplot, which this package does without, has been imported."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    if getattr(shell, "kernel", None) is None:
+        return
+    from IPython.core.pylabtools import select_figure_formats
+
+    try:
+        shell.display_formatter.formatters["image/png"].lookup(figure)
+    except KeyError:
+        select_figure_formats(shell, {"png"})
