@@ -227,7 +227,7 @@ def fit_frames(
 
 def _let_notebooks_show(figure: Figure) -> None:
     """IPython draws figures only once pyplot, which this package does without, has been imported."""
-    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    shell: Any = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if getattr(shell, "kernel", None) is None:
         return
     from IPython.core.pylabtools import select_figure_formats

@@ -22,7 +22,7 @@ with Client() as lab:
     lab.schedules.add("night", measure={"resonator": "jewel", "shots": 2}, every_s=86_400)
     ledger = list(lab.schedules["night"].ledger())
     trend = lab.specimens["J-03"].trend()
-    stopped = lab.stop()
+    stopped, report = lab.stop(), characterised.report()
 """
 LOOP = """
 with Client() as lab:
@@ -49,7 +49,7 @@ def test_the_script_runs_line_by_line(tmp_path, monkeypatch):
         exec(PROCEDURES, found)
         assert found["ramp"].result.stopped
         assert found["sweep"].steps().field_ut.tolist() == [50, 100, 150, 200, 250, 300]
-        assert found["characterised"].report().startswith("<!doctype html>")
+        assert found["report"].startswith("<!doctype html>")
         assert found["ledger"] == []
         assert found["trend"].points
         assert found["stopped"].status
