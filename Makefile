@@ -9,7 +9,7 @@ PAGE := platform_daemon/features/page
 # Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: coverage-study client-kills evidence site night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -185,6 +185,10 @@ accuracy: install
 # The index of what has been measured, with the age of each page.
 evidence: install
 	$(BIN)/python -m tests.evidence
+
+# The notebooks with their outputs in docs/notebooks, where the site takes them from; `make notebooks NOTEBOOKS=own-term.ipynb` runs one.
+notebooks: install
+	$(BIN)/python -m tests.kit.notebooks $(NOTEBOOKS)
 
 # The pages of docs and the docstrings of the public interfaces as a web site in build/site; needs no network.
 site: install .venv/.docs

@@ -246,7 +246,8 @@ class AsyncDiagnosis(AsyncJob[DiagnosisReport]):
     async def adopt(self, name: str, *, by: str, **values: Any) -> AdoptedModelRecord:
         """Adopt what it names as a model for later fits, NAME@VERSION.
 
-        by: who adopts it; values: effects, free, force of an AdoptionRequest.
+        name: NAME, the daemon counts the versions; by: who adopts it; values: effects, free, force of an
+        AdoptionRequest.
         """
         body = request_from(AdoptionRequest, {"name": name, "by": by, **values}, "adopt")
         return await self._transport.post(AdoptedModelRecord, "adopt_model", body, identifier=self.id)

@@ -244,7 +244,8 @@ class Diagnosis(Job[DiagnosisReport]):
     def adopt(self, name: str, *, by: str, **values: Any) -> AdoptedModelRecord:
         """Adopt what it names as a model for later fits, NAME@VERSION.
 
-        by: who adopts it; values: effects, free, force of an AdoptionRequest.
+        name: NAME, the daemon counts the versions; by: who adopts it; values: effects, free, force of an
+        AdoptionRequest.
         """
         body = request_from(AdoptionRequest, {"name": name, "by": by, **values}, "adopt")
         return self._transport.post(AdoptedModelRecord, "adopt_model", body, identifier=self.id)
