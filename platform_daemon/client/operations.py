@@ -90,6 +90,7 @@ OPERATIONS: dict[str, Operation] = {
     "get_harmonics": _get("/recordings/{identifier}/frames/{frame}/harmonics", "Recording.harmonics"),
     "draw_frame": _get("/recordings/{identifier}/frames/{frame}/picture", "Recording.picture"),
     "get_budget": _get("/recordings/{identifier}/budget", "Recording.budget"),
+    "draw_budget": _get("/recordings/{identifier}/budget/picture", "Recording.budget_picture"),
     "get_frame_plot": _get("/recordings/{identifier}/frames/{frame}/plot", "Recording.plot_data"),
     "list_specimens": _get("/specimens", "Specimens.list"),
     "get_specimen": _get("/specimens/{specimen}", "SpecimenHandle.get"),

@@ -119,6 +119,19 @@ class AsyncRecording:
         query = {"quantity": quantity, "shot": shot, "coverage": coverage, "window": window, "variant": variant}
         return await self._transport.get(BudgetReport, "get_budget", query, identifier=self.id)
 
+    async def budget_picture(
+        self,
+        quantity: str = "f_nat_hz",
+        *,
+        shot: int | None = None,
+        coverage: float = 0.95,
+        window: Window = "d30",
+        variant: str | None = None,
+    ) -> bytes:
+        """The same as a PNG: a bar for each contribution, the largest on top."""
+        query = {"quantity": quantity, "shot": shot, "coverage": coverage, "window": window, "variant": variant}
+        return (await self._transport.send("draw_budget", query=query, identifier=self.id)).content
+
     async def sliding(
         self, frame: int = 0, *, window_s: float | None = None, step_s: float | None = None, variant: str | None = None
     ) -> SlidingReport:

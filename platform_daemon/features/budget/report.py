@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from platform_daemon.core.reporting.figures import COLOURS, new_figure
+from platform_daemon.core.reporting.figures import COLOURS, new_figure, png_of
 from platform_daemon.core.reporting.tables import Column, tables_text
 from platform_daemon.core.schemas.parameters import definition_of
 
@@ -49,6 +49,11 @@ def monte_carlo_line(report: BudgetReport) -> str:
         f"Monte Carlo, {drawn.trials} draws: {drawn.low:.10g} to {drawn.high:.10g}; the law of propagation {holds} "
         f"within {drawn.tolerance:.1g}{sure}"
     )
+
+
+def budget_png(report: BudgetReport) -> bytes:
+    """The picture as PNG."""
+    return png_of(draw_budget(report), 110)
 
 
 def draw_budget(report: BudgetReport) -> Figure:

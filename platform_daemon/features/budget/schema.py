@@ -72,6 +72,15 @@ class MonteCarloCheck(Schema):
     """There are draws enough to tell."""
 
 
+class DirectionReport(Schema):
+    """How well the orientation of the rotor is known."""
+
+    covariance_rad2: tuple[tuple[float, ...], ...]
+    """Covariance of a small rotation about the world axes x, y, z, rad^2, (3, 3)."""
+    cone_rad: float
+    """Half angle of the cone that contains a direction fixed to the rotor, at the coverage, rad."""
+
+
 class BudgetReport(Schema):
     """The uncertainty budget of one quantity (JCGM 100:2008)."""
 
@@ -99,15 +108,11 @@ class BudgetReport(Schema):
     """Influences that nobody has declared."""
     monte_carlo: Absent[MonteCarloCheck] = None
     """The check by draws; missing: it was not asked for."""
-
-
-class DirectionReport(Schema):
-    """How well the orientation of the rotor is known."""
-
-    covariance_rad2: tuple[tuple[float, ...], ...]
-    """Covariance of a small rotation about the world axes x, y, z, rad^2, (3, 3)."""
-    cone_rad: float
-    """Half angle of the cone that contains a direction fixed to the rotor, at the coverage, rad."""
+    covariance: Absent[Covariance] = None
+    """Of this and of all other parameters of the result, all declared influences included; missing: `covariance` of all
+    budgets says it."""
+    direction: Absent[DirectionReport] = None
+    """Of the orientation; missing: the result has none, or `direction` of all budgets says it."""
 
 
 class BudgetsReport(Schema):

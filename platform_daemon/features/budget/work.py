@@ -22,7 +22,9 @@ from platform_daemon.features.fit.fit import fit_frame_of, frame_report
 from platform_daemon.features.fit.fit_request import FitRefused, FitRequest
 from platform_daemon.features.fit.known_moment import declared_specimen
 from platform_daemon.features.fit.measurement import Measurement, VoltageMeasurement
+from platform_daemon.features.fit.noise import noise_of_frames
 from platform_daemon.features.fit.series.summary import on_the_circle, summary
+from platform_daemon.features.fit.series_table import recorded_fits
 from platform_daemon.uncertainty.budget import Budget, NotDeclared, checked_coverage, combine
 from platform_daemon.uncertainty.inputs import InputQuantity, correlation_matrix
 from platform_daemon.uncertainty.monte_carlo import MonteCarloResult, monte_carlo
@@ -34,6 +36,10 @@ from .response import response_of, turned_to_rodrigues
 Array = NDArray[np.float64]
 DISAGREE_SD = 2.0
 """N50 and D30 disagree by more than their noise from here on: 5 % of right models are taken for wrong ones."""
+_MODEL_SHOTS = 12
+"""So many shots of a series, spread over it, are fitted with N50 too: what the two windows disagree by is the model's,
+the same in all shots."""
+_NOISE_OF = 4  # every fourth of them tells the noise: three ring-downs of a second have a million samples
 _CORRELATED = 2.0  # over sqrt(n): a lag-1 autocorrelation that white scatter exceeds in 2 % of series
 _NEGLIGIBLE = 1e-6  # of the combined u: a line that is left out
 
@@ -123,23 +129,36 @@ def series_budgets(
 ) -> ResultBudgets:
     """The budgets of the mean over a series: scatter becomes less with every shot, what all shots share does not.
 
-    frames: that are meant, None: all that can be used.  Raises InputError for fewer than two good fits, and as
+    frames: that are meant, None: all that can be used.  On-line fits that the recording keeps are taken, if they are of
+    this request; else all are fitted.  Raises InputError for fewer than two good fits, and as
     `shot_budgets` does.
     """
     checked_coverage(coverage)
     usable = [k for k in (range(measurement.frames) if frames is None else frames) if measurement.excuse(k) is None]
-    results = {k: fit_frame_of(measurement, k, ask) for k in usable}
-    good = [k for k, fit in results.items() if fit.verdict == "good"]
+    kept = recorded_fits(measurement, ask)
+    if kept is None:
+        made = {k: fit_frame_of(measurement, k, ask) for k in usable}
+        reports = [frame_report(k, fit) for k, fit in made.items() if fit.verdict == "good"]
+    else:
+        made = {}
+        reports = [kept[k] for k in usable if kept[k].good]
+    good = [report.frame for report in reports]
     if len(good) < 2:
         what = f"{len(good)} of {measurement.frames} frames have a good fit, and a scatter needs two"
         raise InputError(what, where=str(measurement.path), remedy="ask for one shot, or record more")
-    reports = [frame_report(k, results[k]) for k in good]
     middle = good[len(good) // 2]
-    given = _situation(measurement, good, middle, results[middle], declared)
+    looked_at = sorted({middle, *(good[k] for k in np.linspace(0, len(good) - 1, _MODEL_SHOTS).round().astype(int))})
+    if kept is not None and isinstance(measurement, VoltageMeasurement):
+        measurement = replace(measurement, known_noise=noise_of_frames(measurement.recording, looked_at[::_NOISE_OF]))
+    used = made.get(middle) or fit_frame_of(measurement, middle, ask)
+    if used.verdict != "good":
+        remedy = "fit the recording again, and look for what has changed"
+        raise FitRefused("a recorded fit cannot be made again", where=f"frame {middle}", why=used.reason, remedy=remedy)
+    given = _situation(measurement, good, middle, used, declared)
     told = _scatter(measurement, reports, given)
     if ask.window == "d30":
-        short = {k: fit_frame_of(measurement, k, replace(ask, window="n50")) for k in good}
-        both = [k for k in good if short[k].verdict == "good"]
+        short = {k: fit_frame_of(measurement, k, replace(ask, window="n50")) for k in looked_at}
+        both = [k for k in looked_at if short[k].verdict == "good"]
         if both:
             long_reports = [report for report in reports if report.frame in both]
             found = _differences(given.names, long_reports, [frame_report(k, short[k]) for k in both])

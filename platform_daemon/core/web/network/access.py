@@ -116,6 +116,7 @@ ACCESS: dict[str, Access] = {
     "get_sliding": COMPUTE,
     "draw_frame": COMPUTE,
     "get_budget": COMPUTE,
+    "draw_budget": COMPUTE,
     "get_frame_plot": COMPUTE,
     "get_derived": COMPUTE,
     "get_envelopes": COMPUTE,
