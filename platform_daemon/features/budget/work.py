@@ -152,8 +152,9 @@ def series_budgets(
         measurement = replace(measurement, known_noise=noise_of_frames(measurement.recording, looked_at[::_NOISE_OF]))
     used = made.get(middle) or fit_frame_of(measurement, middle, ask)
     if used.verdict != "good":
+        what, why = "a recorded fit cannot be made again", used.reason or ""
         remedy = "fit the recording again, and look for what has changed"
-        raise FitRefused("a recorded fit cannot be made again", where=f"frame {middle}", why=used.reason, remedy=remedy)
+        raise FitRefused(what, where=f"frame {middle}", why=why, remedy=remedy)
     given = _situation(measurement, good, middle, used, declared)
     told = _scatter(measurement, reports, given)
     if ask.window == "d30":
