@@ -14,6 +14,7 @@ FEATURES = (
     "trends",
     "fit",
     "budget",
+    "measurand",
     "design",
     "diagnose",
     "characterise",
