@@ -71,7 +71,7 @@ class ResultBudgets:
 
 
 @dataclass(frozen=True, eq=False)
-class _Statistics:
+class Statistics:
     """What the fits themselves say: values (m,), their covariance by noise or scatter (m, m) with its name and degrees
     of freedom; difference (m,): N50 minus D30, difference_std (m,); None: not known."""
 
@@ -115,7 +115,7 @@ def shot_budgets(
     free = [names.index(name) for name in used.covariance_names]
     own[np.ix_(free, free)] = used.covariance
     values = np.array([each.value for each in used.parameters.values()])
-    told = _Statistics(names, values, own, "noise", "covariance of the fit", math.inf, difference, std)
+    told = Statistics(names, values, own, "noise", "covariance of the fit", math.inf, difference, std)
     return _budgets(given, told, (frame,), coverage)
 
 
@@ -156,7 +156,7 @@ def series_budgets(
         remedy = "fit the recording again, and look for what has changed"
         raise FitRefused(what, where=f"frame {middle}", why=why, remedy=remedy)
     given = _situation(measurement, good, middle, used, declared)
-    told = _scatter(measurement, reports, given)
+    told = scatter_of(reports, given, [measurement.conditions(report.frame).temperature_c for report in reports])
     if ask.window == "d30":
         short = {k: fit_frame_of(measurement, k, replace(ask, window="n50")) for k in looked_at}
         both = [k for k in looked_at if short[k].verdict == "good"]
@@ -228,13 +228,12 @@ def _situation(
     )
 
 
-def _scatter(measurement: Measurement, reports: Sequence[FrameFit], given: Situation) -> _Statistics:
-    """Mean and covariance of the mean, which belongs to the mean temperature: what the thermometer explains of the
-    scatter, at declared coefficients, is taken out."""
+def scatter_of(reports: Sequence[FrameFit], given: Situation, temperatures: Sequence[float | None]) -> Statistics:
+    """Mean and covariance of the mean of good fits, which belongs to the mean temperature: what the thermometer
+    explains of the scatter, at declared coefficients, is taken out.  temperatures: of each, degrees Celsius."""
     names, n = given.names, len(reports)
     means = summary(reports)
     deviations = _deviations(names, [report.values for report in reports])
-    temperatures = [measurement.conditions(report.frame).temperature_c for report in reports]
     said = ""
     if all(t is not None for t in temperatures):
         known = np.array(temperatures, float)
@@ -250,7 +249,7 @@ def _scatter(measurement: Measurement, reports: Sequence[FrameFit], given: Situa
     source = f"mean of {n} shots{said}"
     if fewest < n - 0.5:
         source += f", of which neighbours are alike: as {fewest:.1f} independent ones where that is strongest"
-    return _Statistics(names, values, covariance / count, "scatter", source, max(1.0, fewest - 1.0), None, None)
+    return Statistics(names, values, covariance / count, "scatter", source, max(1.0, fewest - 1.0), None, None)
 
 
 def _independent(deviations: Array) -> float:
@@ -302,8 +301,17 @@ def _explained(long: Situation, short: Situation) -> Array:
     return np.sqrt(np.sum(np.square(parts), axis=0)) if parts else np.zeros(len(long.names))
 
 
-def _budgets(given: Situation, told: _Statistics, frames: tuple[int, ...], coverage: float) -> ResultBudgets:
-    effects = effects_of(given)
+def _budgets(given: Situation, told: Statistics, frames: tuple[int, ...], coverage: float) -> ResultBudgets:
+    return budgets_by(effects_of(given), given, told, frames, coverage)
+
+
+def budgets_by(
+    effects: Sequence[Effect], given: Situation, told: Statistics, frames: tuple[int, ...], coverage: float
+) -> ResultBudgets:
+    """The budgets of what the fits say, by the effects of every influence, which are those of `effects_of(given)`.
+
+    Raises InputError for correlations that contradict each other.
+    """
     known = [each for each in effects if each.known is not None]
     between = {each.between: each.r for each in given.declared.correlation}
     matrix = correlation_matrix([each.known for each in known if each.known is not None], between)
@@ -321,7 +329,7 @@ def _budgets(given: Situation, told: _Statistics, frames: tuple[int, ...], cover
     return ResultBudgets(budgets, covariance, rotation, cone, frames, given.temperature_c)
 
 
-def _model_u(told: _Statistics) -> Array:
+def _model_u(told: Statistics) -> Array:
     """Standard uncertainty by the disagreement of N50 and D30: the truth may lie between or as far beyond D30."""
     if told.difference is None or told.difference_std is None:
         return np.zeros(len(told.names))
@@ -330,7 +338,7 @@ def _model_u(told: _Statistics) -> Array:
 
 
 def _budget(
-    k: int, told: _Statistics, effects: Sequence[Effect], between: dict[tuple[str, str], float], coverage: float
+    k: int, told: Statistics, effects: Sequence[Effect], between: dict[tuple[str, str], float], coverage: float
 ) -> Budget:
     quantity, value = told.names[k], float(told.values[k])
     lines: list[tuple[InputQuantity, float]] = []
@@ -362,7 +370,7 @@ def _undeclared(k: int, effects: Sequence[Effect], least: float) -> list[NotDecl
     return [NotDeclared(name, math.sqrt(square)) for name, square in squares.items() if not math.sqrt(square) <= least]
 
 
-def _add_model(k: int, told: _Statistics, lines: list[tuple[InputQuantity, float]], missing: list[NotDeclared]) -> None:
+def _add_model(k: int, told: Statistics, lines: list[tuple[InputQuantity, float]], missing: list[NotDeclared]) -> None:
     if told.difference is None or told.difference_std is None:
         missing.append(NotDeclared("model (it is seen where D30 and N50 are both fitted), per its own error", 1.0))
         return
