@@ -15,6 +15,7 @@ FEATURES = (
     "fit",
     "budget",
     "measurand",
+    "certificate",
     "design",
     "diagnose",
     "characterise",
