@@ -56,7 +56,7 @@ def budget(
     from platform_daemon.features.fit.measurement import open_for_fit
 
     from .declared import declared_by
-    from .report import budget_text
+    from .report import budget_text, off_centre_line
     from .work import budgets_of, monte_carlo_of
     from .written import budget_report, budgets_report, one_report
 
@@ -90,6 +90,8 @@ def budget(
     print(f"{file}: {shots}{at}")
     for each in told:
         print(budget_text(each))
+    if everything.off_centre is not None:
+        print(off_centre_line(everything.off_centre))
     if quantity == _ALL and everything.direction is not None:
         cone = math.degrees(everything.direction.cone_rad)
         print(f"direction of the rotor: within a cone of {cone:.2g} degrees ({coverage:.0%})")

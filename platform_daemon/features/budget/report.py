@@ -8,7 +8,7 @@ from platform_daemon.core.reporting.figures import COLOURS, new_figure, png_of
 from platform_daemon.core.reporting.tables import Column, tables_text
 from platform_daemon.core.schemas.parameters import definition_of
 
-from .schema import BudgetReport
+from .schema import BudgetReport, OffCentreReport
 
 _SHOWN = 1e-2  # of the combined standard uncertainty: smaller contributions are summed up in words
 
@@ -37,6 +37,17 @@ def budget_text(report: BudgetReport) -> str:
     if report.monte_carlo is not None:
         lines.append(monte_carlo_line(report))
     return "\n".join(lines)
+
+
+def off_centre_line(found: OffCentreReport) -> str:
+    """What the test says."""
+    distance = "" if found.distance_m is None else f"{1e3 * found.distance_m:.2g} mm"
+    if found.seen:
+        return (
+            f"off centre: the rotor stands about {distance} from the centre of the coils "
+            f"(p = {found.probability:.1g}); mount it in the centre, or calibrate where it stands"
+        )
+    return f"off centre: not seen (p = {found.probability:.2g})"
 
 
 def monte_carlo_line(report: BudgetReport) -> str:

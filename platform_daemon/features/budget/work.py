@@ -31,6 +31,7 @@ from platform_daemon.uncertainty.monte_carlo import MonteCarloResult, monte_carl
 
 from .declared import declared_in
 from .influences import Effect, Situation, effects_of
+from .off_centre import OffCentre, off_centre
 from .response import response_of, turned_to_rodrigues
 
 Array = NDArray[np.float64]
@@ -53,6 +54,7 @@ class ResultBudgets:
         rotation: (3, 3) covariance of a small rotation of the rotor's frame about the world axes, rad^2; cone_rad: half
             angle of a cone that contains a direction fixed to it, at the coverage; None: there is no orientation.
         frames: that the result is made of; temperature_c: their mean, None: not measured.
+        off_centre: of the one shot, or of that in the middle; None: not tested.
     """
 
     budgets: tuple[Budget, ...]
@@ -61,6 +63,7 @@ class ResultBudgets:
     cone_rad: float | None
     frames: tuple[int, ...]
     temperature_c: float | None
+    off_centre: OffCentre | None = None
 
     def of(self, quantity: str) -> Budget:
         """Of one parameter.  Raises InputError for a name that is none of them."""
@@ -302,7 +305,8 @@ def _explained(long: Situation, short: Situation) -> Array:
 
 
 def _budgets(given: Situation, told: Statistics, frames: tuple[int, ...], coverage: float) -> ResultBudgets:
-    return budgets_by(effects_of(given), given, told, frames, coverage)
+    effects = effects_of(given)
+    return replace(budgets_by(effects, given, told, frames, coverage), off_centre=off_centre(given, effects))
 
 
 def budgets_by(

@@ -15,6 +15,7 @@ from .schema import (
     DirectionReport,
     InputCorrelation,
     MonteCarloCheck,
+    OffCentreReport,
     UndeclaredInfluence,
 )
 from .work import Array, ResultBudgets
@@ -72,7 +73,7 @@ def _check(budget: Budget, drawn: MonteCarloResult) -> MonteCarloCheck:
 
 def one_report(found: ResultBudgets, quantity: str, drawn: MonteCarloResult | None = None) -> BudgetReport:
     """The budget of one parameter of a result, with the covariance of all.  Raises InputError for a name of none."""
-    more = {"covariance": _covariance(found), "direction": _direction(found)}
+    more = {"covariance": _covariance(found), "direction": _direction(found), "off_centre": _off_centre(found)}
     return budget_report(found.of(quantity), drawn).model_copy(update=more)
 
 
@@ -86,6 +87,13 @@ def _direction(found: ResultBudgets) -> DirectionReport | None:
     return DirectionReport(covariance_rad2=_rows(found.rotation), cone_rad=found.cone_rad)
 
 
+def _off_centre(found: ResultBudgets) -> OffCentreReport | None:
+    told = found.off_centre
+    if told is None:
+        return None
+    return OffCentreReport(seen=told.seen, probability=told.probability, distance_m=told.distance_m)
+
+
 def budgets_report(found: ResultBudgets, file: str) -> BudgetsReport:
     """All budgets of a result as they are written."""
     return BudgetsReport(
@@ -95,6 +103,7 @@ def budgets_report(found: ResultBudgets, file: str) -> BudgetsReport:
         budgets=tuple(map(budget_report, found.budgets)),
         covariance=_covariance(found),
         direction=_direction(found),
+        off_centre=_off_centre(found),
     )
 
 

@@ -152,6 +152,24 @@ def test_field_off_the_centre_is_that_of_helmholtz_pairs():
         assert sum(slopes) / max(map(abs, slopes)) == pytest.approx(0.0, abs=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("place_mm", "seen"), [((0, 0, 0), False), ((12, 0, 0), True), ((0, 12, 0), True), ((15, 10, 0), True)]
+)
+def test_a_rotor_off_the_centre_is_named_with_its_distance(place_mm, seen):
+    radii, place = (0.050, 0.057, 0.065), 1e-3 * np.array(place_mm, float)
+    made = _simulated(seed=3)
+    samples = pair_fields(place, radii) @ made.signal(0)
+    again = pd_.from_arrays(np.arange(samples.shape[1]) / RATE_HZ, samples, variant="jewel")
+    said = DeclaredUncertainty(coil_radius_m=radii)
+    told = shot_budgets(again.measurement, 0, FitRequest("jewel", 0.6), declared=said).off_centre
+    assert told.seen == seen
+    if seen:
+        assert told.distance_m == pytest.approx(np.linalg.norm(place), rel=0.15)
+    # What is declared of the coils' angles explains as much as 12 mm: then nobody can tell.
+    loose = DeclaredUncertainty(coil_radius_m=radii, orthogonality_rad={"u": 5e-3}, gain={"u": 5e-3})
+    assert not shot_budgets(again.measurement, 0, FitRequest("jewel", 0.6), declared=loose).off_centre.seen
+
+
 @pytest.mark.parametrize("vector", [(0.0, 0.0, -1.57), (0.3, -0.2, 3.1), (0.01, 0.0, 0.0)])
 def test_small_rotations_of_a_rodrigues_vector(vector):
     from scipy.spatial.transform import Rotation
