@@ -57,11 +57,11 @@ def off_centre(given: Situation, effects: Sequence[Effect]) -> OffCentre | None:
         columns.append(response.beyond(mixing @ both).ravel())
     matrix = np.array(columns).T
     basis, sizes, _ = np.linalg.svd(matrix, full_matrices=False)
-    basis = basis[:, sizes > _RANK * sizes[0]]
-    told = matrix.T @ basis  # (9, r): what a unit of each mixing shows
+    basis = np.asarray(basis[:, sizes > _RANK * sizes[0]], np.float64)
+    told = np.asarray(matrix.T @ basis)  # (9, r): what a unit of each mixing shows
     seen = response.left.ravel() @ basis
     spread = np.eye(basis.shape[1]) + _declared(effects, told)
-    inverse = np.linalg.inv(spread)
+    inverse = np.asarray(np.linalg.inv(spread), np.float64)
     probability = float(chdtrc(basis.shape[1], float(seen @ inverse @ seen)))
     if probability >= _SEEN:
         return OffCentre(probability=probability, distance_m=None)

@@ -10,6 +10,7 @@ from platform_daemon.core.schemas.parameters import definition_of
 
 from .schema import BudgetReport, OffCentreReport
 
+_MANY = 1e6  # degrees of freedom, whose k is that of infinitely many in all digits that are printed
 _SHOWN = 1e-2  # of the combined standard uncertainty: smaller contributions are summed up in words
 
 
@@ -18,7 +19,7 @@ def budget_text(report: BudgetReport) -> str:
     shown = [line for line in report.inputs if line.contribution >= _SHOWN * report.u]
     unit = definition_of(report.quantity).unit
     unit = "" if unit == "1" else f" {unit}"
-    dof = "infinitely many" if report.dof is None else f"{report.dof:.1f}"
+    dof = "infinitely many" if report.dof is None or report.dof > _MANY else f"{report.dof:.1f}"
     result = f"{report.quantity} = {report.value:.10g}{unit}, U = {report.U:.2g}{unit} (k = {report.k:.2f}, "
     result += f"{report.coverage:.0%}); u = {report.u:.2g}{unit}, effective degrees of freedom: {dof}"
     columns: list[Column] = [
