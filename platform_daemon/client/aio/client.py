@@ -40,6 +40,7 @@ from platform_daemon.features.design.schema import DefectsReport, DefectsRequest
 from platform_daemon.features.diagnose.request_schema import DiagnosisRequest
 from platform_daemon.features.fit.prediction_schema import PredictionReport
 from platform_daemon.features.fit.request_schema import PredictionRequest, RecordingFitRequest
+from platform_daemon.features.measurand.schema import MeasurandCalibration
 from platform_daemon.features.models.schema import AdoptedModelRecord
 from platform_daemon.features.procedures.schema import ProcedureSummary
 from platform_daemon.features.ramp.schema import RampRequest
@@ -335,6 +336,15 @@ class AsyncClient:
         """Who changed, started and stopped what, newest first."""
         async for each in self._transport.items(AuditEntry, "list_changes"):
             yield each
+
+    async def measurands(self) -> AsyncIterator[MeasurandCalibration]:
+        """Calibrations of resonators that are sensors, every version."""
+        async for each in self._transport.items(MeasurandCalibration, "list_measurands"):
+            yield each
+
+    async def measurand(self, name: str) -> MeasurandCalibration:
+        """A calibration by KEY or KEY@VERSION."""
+        return await self._transport.get(MeasurandCalibration, "get_measurand", name=name)
 
     async def alarms(self) -> AsyncIterator[Alarm]:
         """The alarms that are active."""

@@ -40,6 +40,7 @@ from platform_daemon.features.design.schema import DefectsReport, DefectsRequest
 from platform_daemon.features.diagnose.request_schema import DiagnosisRequest
 from platform_daemon.features.fit.prediction_schema import PredictionReport
 from platform_daemon.features.fit.request_schema import PredictionRequest, RecordingFitRequest
+from platform_daemon.features.measurand.schema import MeasurandCalibration
 from platform_daemon.features.models.schema import AdoptedModelRecord
 from platform_daemon.features.procedures.schema import ProcedureSummary
 from platform_daemon.features.ramp.schema import RampRequest
@@ -320,6 +321,14 @@ class Client:
     def changes(self) -> Iterator[AuditEntry]:
         """Who changed, started and stopped what, newest first."""
         yield from self._transport.items(AuditEntry, "list_changes")
+
+    def measurands(self) -> Iterator[MeasurandCalibration]:
+        """Calibrations of resonators that are sensors, every version."""
+        yield from self._transport.items(MeasurandCalibration, "list_measurands")
+
+    def measurand(self, name: str) -> MeasurandCalibration:
+        """A calibration by KEY or KEY@VERSION."""
+        return self._transport.get(MeasurandCalibration, "get_measurand", name=name)
 
     def alarms(self) -> Iterator[Alarm]:
         """The alarms that are active."""

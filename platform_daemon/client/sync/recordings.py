@@ -18,6 +18,7 @@ from platform_daemon.core.schemas.recordings import DmdtSeries, RecordingInfo, R
 from platform_daemon.features.budget.schema import BudgetReport
 from platform_daemon.features.fit.frame_plot_schema import FramePlot
 from platform_daemon.features.fit.sliding_schema import SlidingReport
+from platform_daemon.features.measurand.schema import MeasurandReport
 
 from .transport import Transport
 
@@ -129,6 +130,29 @@ class Recording:
         """
         query = {"quantity": quantity, "shot": shot, "coverage": coverage, "window": window, "variant": variant}
         return self._transport.get(BudgetReport, "get_budget", query, identifier=self.id)
+
+    def budget_picture(
+        self,
+        quantity: str = "f_nat_hz",
+        *,
+        shot: int | None = None,
+        coverage: float = 0.95,
+        window: Window = "d30",
+        variant: str | None = None,
+    ) -> bytes:
+        """The same as a PNG: a bar for each contribution, the largest on top."""
+        query = {"quantity": quantity, "shot": shot, "coverage": coverage, "window": window, "variant": variant}
+        return (self._transport.send("draw_budget", query=query, identifier=self.id)).content
+
+    def measurand(
+        self, calibration: str | None = None, *, coverage: float = 0.95, extrapolate: bool = False
+    ) -> MeasurandReport:
+        """The recording as readings of a sensor: value and expanded uncertainty of every shot and of their mean.
+
+        calibration: KEY or KEY@VERSION; None: the newest of the specimen.  extrapolate: read outside of its range, too.
+        """
+        query = {"calibration": calibration, "coverage": coverage, "extrapolate": extrapolate}
+        return self._transport.get(MeasurandReport, "read_measurand", query, identifier=self.id)
 
     def sliding(
         self, frame: int = 0, *, window_s: float | None = None, step_s: float | None = None, variant: str | None = None
