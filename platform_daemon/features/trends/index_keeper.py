@@ -14,12 +14,15 @@ from drivers.errors import PlatformError
 from platform_daemon.features.alarms.board import AlarmBoard
 
 from .indexed import indexed_specimens, indexed_trend, update_index
-from .schema import ChangeName
+from .schema import ChangeName, TrendReport
 
 log = structlog.get_logger()
 _PERIOD_S = 2.0
 _PATIENCE_S = 1.0  # a new recording is indexed in some 0.1 s; years of them are not waited for
 _IDLE_FACTOR = 9.0  # pause after judging, in times of how long it took
+KEPT_POINTS = 1000
+"""Points of a report that is kept, the newest: what a picture shows."""
+_KEPT_SPECIMENS = 8  # a report of 1000 points takes some 2 MB
 
 
 class TrendKeeper:
@@ -31,6 +34,7 @@ class TrendKeeper:
         self._left = 0
         self._seen_ns = -1
         self._changed: set[str] = set()
+        self._kept: dict[str, tuple[int, TrendReport]] = {}
         self._next_s = 0.0
         self._ended = False
         self._wake = threading.Event()
@@ -113,9 +117,27 @@ class TrendKeeper:
         if self._ended:
             raise _Ended
 
+    def trend(self, specimen: str) -> TrendReport:
+        """The trend with its newest KEPT_POINTS points, made once for as long as the folder is as it is.
+
+        Raises UnknownSpecimen, StorageError.
+        """
+        seen_ns, found = self._kept.get(specimen, (-1, None))
+        if found is not None and seen_ns == self._seen_ns:
+            return found
+        return self._make(specimen)
+
+    def _make(self, specimen: str) -> TrendReport:
+        seen_ns = self._seen_ns
+        report = indexed_trend(self._folder, specimen, newest=KEPT_POINTS)
+        self._kept.pop(specimen, None)
+        if seen_ns > 0:  # else files are still to be read
+            self._kept = {**dict(list(self._kept.items())[1 - _KEPT_SPECIMENS :]), specimen: (seen_ns, report)}
+        return report
+
     def judge(self, specimen: str) -> None:
         """Raise or clear the alarms of a specimen.  Raises UnknownSpecimen, StorageError."""
-        report = indexed_trend(self._folder, specimen)
+        report = self._make(specimen)
         persistent = {each.name: each for each in report.changes if each.stands}
         for name, change in persistent.items():
             what = f"{specimen} since {change.since}: {change.what}. See GET /specimens/{specimen}/trend"

@@ -45,9 +45,14 @@ export function significant(value, digits = 6) {
   return String(Number(value.toPrecision(digits)));
 }
 
+/** So many significant digits, also where the last are zeros: for what stands in a column. @param {number | null | undefined} value @param {number} digits */
+export function digits(value, digits) {
+  return value === null || value === undefined || !Number.isFinite(value) ? "–" : value.toPrecision(digits);
+}
+
 /** @param {number | null | undefined} tesla */
 export function microtesla(tesla) {
-  return tesla === null || tesla === undefined ? null : `${significant(tesla * 1e6, 4)} µT`;
+  return tesla === null || tesla === undefined ? null : `${significant(tesla * 1e6, 4)}\u00a0µT`;
 }
 
 /** A duration in words. @param {number | null | undefined} seconds */
