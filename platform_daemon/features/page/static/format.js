@@ -55,12 +55,22 @@ export function microtesla(tesla) {
   return tesla === null || tesla === undefined ? null : `${significant(tesla * 1e6, 4)}\u00a0µT`;
 }
 
+/** @param {number | null | undefined} celsius */
+export function degrees(celsius) {
+  return celsius === null || celsius === undefined ? null : `${celsius.toFixed(2)}\u00a0°C`;
+}
+
+/** State and phase of a job, said once where they are the same. @param {any} job */
+export function stateOf(job) {
+  return job.progress.phase === job.state ? job.state : `${job.state}, ${job.progress.phase}`;
+}
+
 /** A duration in words. @param {number | null | undefined} seconds */
 export function duration(seconds) {
   if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return "–";
   const s = Math.max(0, seconds);
-  if (s < 10) return `${s.toFixed(1)} s`;
-  if (s < 120) return `${Math.round(s)} s`;
+  if (s < 10) return `${s.toFixed(1)}\u00a0s`;
+  if (s < 120) return `${Math.round(s)}\u00a0s`;
   if (s < 7200) return `${Math.floor(s / 60)} min ${Math.round(s % 60)} s`;
   if (s < 172800) return `${Math.floor(s / 3600)} h ${Math.round((s % 3600) / 60)} min`;
   return `${Math.round(s / 86400)} days`;
@@ -69,7 +79,7 @@ export function duration(seconds) {
 /** @param {number | null | undefined} bytes */
 export function size(bytes) {
   if (bytes === null || bytes === undefined) return "–";
-  return bytes >= 1e9 ? `${(bytes / 1e9).toFixed(1)} GB` : `${(bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0)} MB`;
+  return bytes >= 1e9 ? `${(bytes / 1e9).toFixed(1)}\u00a0GB` : `${(bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0)}\u00a0MB`;
 }
 
 const DATE = new Intl.DateTimeFormat(undefined, { dateStyle: "medium", timeStyle: "medium" });

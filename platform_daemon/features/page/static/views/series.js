@@ -82,7 +82,7 @@ async function newestSeries() {
 /** What is there of a series; what was complete before is kept. @param {string} id @param {Point[]} before @returns {Promise<Point[]>} */
 async function readPoints(id, before) {
   if (id.startsWith("procedure-")) return stepPoints(await get(`procedures/${id}`));
-  if (!id.startsWith("acquisition-")) return recordedPoints(await get(`recordings/${encodeURIComponent(id)}`));
+  if (!id.startsWith("acquisition-")) return recordedPoints(`recordings/${encodeURIComponent(id)}`);
   const pending = before.findIndex((point, k) => k >= before.length - FITS_BEHIND && point.verdict === "good" && !point.blank && !point.parameters.f_nat_hz);
   const points = before.slice(0, pending < 0 ? before.length : pending);
   if (!points.length) {
@@ -127,8 +127,10 @@ function stepPoints(job) {
   });
 }
 
-/** @param {any} recording @returns {Point[]} */
-function recordedPoints(recording) {
+/** @param {string} path @returns {Promise<Point[]>} */
+async function recordedPoints(path) {
+  const { frames } = await get(`${path}?limit=0`);
+  const recording = await get(`${path}?first=${Math.max(0, frames - MOST_SHOTS)}`);
   return recording.shots.map((/** @type {any} */ shot) => ({
     at: shot.frame + 1, label: `frame ${shot.frame}`, href: `#/shot/${recording.id}/${shot.frame}`, verdict: shot.verdict,
     reason: shot.reason || null, blank: shot.blank, parameters: {}, chi2: null,
