@@ -5,10 +5,12 @@ import { getPageFile } from "./api.js";
 
 /** @type {Record<string, Definition>} */
 let definitions = {};
+/** What is no parameter of a fit. @type {Record<string, Definition>} */
+const OTHERS = { temperature_c: { symbol: "temperature", display_unit: "°C", display_factor: 1, description: "Temperature of the platform" } };
 
 /** Loads symbols and units of the parameters, which the daemon defines. */
 export async function loadDefinitions() {
-  definitions = await getPageFile("parameters.json");
+  definitions = { ...(await getPageFile("parameters.json")), ...OTHERS };
 }
 
 /** @param {string} name @returns {Definition} */

@@ -110,5 +110,5 @@ async function compare(root, one, other) {
       const [p, q] = [a.fit.parameters[name], b.fit.parameters[name]];
       return [heading(name), parameter(name, p), parameter(name, q), significant((q.value - p.value) / Math.hypot(p.std ?? 0, q.std ?? 0), 3)];
     }),
-  ]), h("p", { class: "hint" }, "Standard deviations are those of single fits: what differs from shot to shot, as the temperature, is not in them."), found.some(({ fit }) => fit?.verdict !== "good") && h("p", { class: "warn" }, found.map(({ fit }) => plain(fit?.reason ?? "")).join(" ")));
+  ]), h("p", { class: "hint" }, "Standard deviations are those of single fits: what differs from shot to shot, as the temperature, is not in them.", a.info.sample && a.info.sample === b.info.sample && [" ", h("a", { href: `#/specimens/${encodeURIComponent(a.info.sample)}` }, `See ${a.info.sample} at one temperature`), "."]), found.some(({ fit }) => fit?.verdict !== "good") && h("p", { class: "warn" }, found.map(({ fit }) => plain(fit?.reason ?? "")).join(" ")));
 }

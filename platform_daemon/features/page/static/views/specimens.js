@@ -1,7 +1,7 @@
 // Specimens: facts, field limits, presets, models, and the trend with control limits and named changes.
 import { get, getList, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
-import { definitionOf, heading, microtesla, significant, when } from "../format.js";
+import { definitionOf, degrees, heading, microtesla, significant, when } from "../format.js";
 import { Plot } from "../plot.js";
 import { mayOperate } from "./job_actions.js";
 
@@ -39,6 +39,8 @@ async function showOne(root, name) {
   fill(changes, table("What changed, by name", ["Since", "What, and what to do", "By", "Noticed"], trend.changes.map((/** @type {any} */ each) => [
     when(each.since), each.what, `${significant(100 * each.relative, 3)} %`, [when(each.noticed), each.stands ? "" : " (over)"]]), "nothing but chance"),
   trend.notes.length > 0 && h("ul", {}, trend.notes.map((/** @type {string} */ note) => h("li", {}, note))));
+  changes.append(table("What the temperature does, as far as the points tell", ["Quantity", "Coefficient / 10⁻⁶ K⁻¹"], trend.charts.filter((/** @type {any} */ chart) => chart.relative_per_k !== null).map((/** @type {any} */ chart) => [
+    h("abbr", { title: definitionOf(chart.quantity).description }, definitionOf(chart.quantity).symbol), `${significant(1e6 * chart.relative_per_k, 3)} ± ${significant(1e6 * chart.relative_per_k_std, 2)}${chart.quantity.startsWith("rodrigues") ? " (of rad)" : ""}`]), "not known yet"));
   if (trend.changes.some((/** @type {any} */ each) => each.stands)) changes.append(accept(path));
   const times = trend.points.map((/** @type {any} */ point) => Date.parse(point.at));
   const span_ms = Math.max(...times) - times[0];
@@ -62,8 +64,8 @@ function draw(pictures, chart, axis, points) {
   const places = [h("div"), h("div")];
   pictures.append(...places);
   const [value, score] = places.map((place) => new Plot(place));
-  value.draw({ ...shared, title: `${heading(chart.quantity)} at the reference temperature`, yLabel: heading(chart.quantity), lines: [
-    { label: "corrected", values: scaled(chart.corrected), points: true }, { label: "as measured", values: scaled(chart.value), points: true }] });
+  value.draw({ ...shared, title: `${heading(chart.quantity)} at ${degrees(chart.reference_c) ?? "no known temperature"}`, yLabel: heading(chart.quantity), lines: [
+    { label: "at that temperature", values: scaled(chart.corrected), points: true }, { label: "as measured", values: scaled(chart.value), points: true }] });
   const negative = chart.limit.map((/** @type {number | null} */ v) => (v === null ? null : -v));
   score.draw({ ...shared, title: `${definitionOf(chart.quantity).symbol}: weighted mean with control limits`, yLabel: "deviation / σ", lines: [
     { label: "EWMA", values: chart.ewma }, { label: "upper limit", values: chart.limit, colour: "#d55e00" }, { label: "lower limit", values: negative, colour: "#d55e00" }] });
