@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Container
@@ -11,6 +12,7 @@ from typing import get_args
 import structlog
 
 from drivers.errors import PlatformError
+from platform_daemon.core.recordings.recording_index import INDEX
 from platform_daemon.features.alarms.board import AlarmBoard
 
 from .indexed import indexed_specimens, indexed_trend, update_index
@@ -33,6 +35,8 @@ class TrendKeeper:
         self._board = board
         self._left = 0
         self._seen_ns = -1
+        self._files: frozenset[tuple[str, int]] | None = None
+        self._looks = 0
         self._changed: set[str] = set()
         self._kept: dict[str, tuple[int, TrendReport]] = {}
         self._next_s = 0.0
@@ -91,12 +95,16 @@ class TrendKeeper:
             self._wake.clear()
 
     def _look(self) -> None:
-        changed_ns = self._folder.stat().st_mtime_ns  # changes when a file is added or removed
+        changed_ns = self._folder.stat().st_mtime_ns  # changes when a file is added or removed, the index's own too
         if changed_ns == self._seen_ns:
             return
-        found, _ = update_index(self._folder, self._on_progress)
-        self._changed |= found.specimens
-        self._seen_ns = -1 if found.in_use else changed_ns
+        files = _files_in(self._folder)
+        if files != self._files:
+            found, _ = update_index(self._folder, self._on_progress)
+            self._changed |= found.specimens
+            self._looks += 1
+            self._files = None if found.in_use else files
+        self._seen_ns = -1 if self._files is None else changed_ns
 
     def _judge_changed(self) -> None:
         begun_s = time.monotonic()
@@ -122,17 +130,17 @@ class TrendKeeper:
 
         Raises UnknownSpecimen, StorageError.
         """
-        seen_ns, found = self._kept.get(specimen, (-1, None))
-        if found is not None and seen_ns == self._seen_ns:
+        looks, found = self._kept.get(specimen, (-1, None))
+        if found is not None and looks == self._looks:
             return found
         return self._make(specimen)
 
     def _make(self, specimen: str) -> TrendReport:
-        seen_ns = self._seen_ns
+        looks = self._looks
         report = indexed_trend(self._folder, specimen, newest=KEPT_POINTS)
         self._kept.pop(specimen, None)
-        if seen_ns > 0:  # else files are still to be read
-            self._kept = {**dict(list(self._kept.items())[1 - _KEPT_SPECIMENS :]), specimen: (seen_ns, report)}
+        if self._files is not None:  # else files are still to be read
+            self._kept = {**dict(list(self._kept.items())[1 - _KEPT_SPECIMENS :]), specimen: (looks, report)}
         return report
 
     def judge(self, specimen: str) -> None:
@@ -149,6 +157,12 @@ class TrendKeeper:
         for change in get_args(ChangeName.__value__):
             if change not in but:
                 self._board.clear(f"trend:{specimen}:{change}")
+
+
+def _files_in(folder: Path) -> frozenset[tuple[str, int]]:
+    """Names and inodes of what is in a folder, but for the files of the index, which come and go with each query."""
+    with os.scandir(folder) as entries:
+        return frozenset((each.name, each.inode()) for each in entries if not each.name.startswith(INDEX))
 
 
 class _Ended(Exception):

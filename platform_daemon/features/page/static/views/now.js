@@ -17,6 +17,9 @@ export function show(root) {
   let buttonsOf = "";
   const changes = h("div", { class: "card" });
   root.classList.add("cards");
+  const about = h("div");
+  const queue = h("div");
+  job.append(about, buttons, queue);
   root.replaceChildren(job, devices, events, changes);
 
   async function load() {
@@ -32,7 +35,9 @@ export function show(root) {
       buttonsOf = actionsKey;
       buttons.replaceChildren(...(live.job ? jobActions(live.job) : []));
     }
-    drawJob(job, buttons);
+    drawJob(about);
+    const waiting = live.platform.queued.length;
+    fill(queue, h("p", {}, waiting ? h("a", { href: "#/jobs" }, `${waiting} waiting`) : "Nothing waits."));
     fill(devices, h("h2", {}, "Devices"), deviceFacts(live.platform));
     fill(events, h("h2", {}, "Events"), eventTable());
   }
@@ -40,13 +45,11 @@ export function show(root) {
   return { update, load, concerns: (/** @type {any} */ what) => what.kind === "job", every_ms: 5000 };
 }
 
-/** @param {HTMLElement} place @param {HTMLElement} buttons */
-function drawJob(place, buttons) {
-  const { job, platform } = live;
-  const waiting = platform.queued.length;
-  const queue = h("p", {}, waiting ? h("a", { href: "#/jobs" }, `${waiting} waiting`) : "Nothing waits.");
+/** @param {HTMLElement} place */
+function drawJob(place) {
+  const { job } = live;
   if (!job) {
-    fill(place, h("h2", {}, "Idle"), h("p", {}, "No job runs. ", h("a", { href: "#/start" }, "Start one")), queue);
+    fill(place, h("h2", {}, "Idle"), h("p", {}, "No job runs. ", h("a", { href: "#/start" }, "Start one")));
     return;
   }
   const { progress } = job;
@@ -64,8 +67,6 @@ function drawJob(place, buttons) {
       ["Shots", job.recording && h("a", { href: `#/series/${job.recording}` }, "series so far")],
       ["Warnings", job.warnings?.join("; ")],
     ]),
-    buttons,
-    queue,
   );
 }
 
