@@ -74,6 +74,9 @@ def test_a_fit_of_a_recording_and_what_follows_from_it(lab, series):
     )
     assert series.recording().budget_picture("m_r_am2", window="n50").startswith(b"\x89PNG")
     assert series.recording().info().frames == 2
+    second = series.recording().info(first=1, limit=1)
+    assert (second.frames, [shot.frame for shot in second.shots]) == (2, [1])
+    assert series.recording().info(limit=0).shots == series.recording().info(first=9).shots == ()
     assert series.recording().picture(0).startswith(b"\x89PNG")
     assert len(series.recording().points(0, points=50).t_s) <= 50
 

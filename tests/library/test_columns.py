@@ -136,5 +136,5 @@ def test_a_table_of_windows_and_of_a_spreadsheet_is_the_same_table(tmp_path):
 def test_an_empty_cell_is_no_zero(tmp_path):
     path = tmp_path / "own.csv"
     path.write_text("time_s,x_v\n" + "".join(f"{k},{'' if k == 50 else k % 7}\n" for k in range(100)))
-    with pytest.raises(pd_.InputError, match="finite|missing"):
+    with pytest.raises(pd_.InputError, match=r"finite|missing"):
         pd_.open(path)

@@ -122,13 +122,19 @@ class AsyncSpecimenHandle:
         return await self._transport.get(SpecimenPage, "get_specimen", specimen=self.name)
 
     async def trend(
-        self, *, since: str | None = None, until: str | None = None, step: str | None = None
+        self,
+        *,
+        since: str | None = None,
+        until: str | None = None,
+        step: str | None = None,
+        newest: int | None = None,
     ) -> TrendReport:
         """Its quantities over time, and the changes in them.
 
-        since, until: ISO 8601, None: all; step: number or name of a step of procedures, None: the last one.
+        since, until: ISO 8601, None: all; step: number or name of a step of procedures, None: the last one; newest: so
+        many points at most, None: all.
         """
-        query = {"since": since, "until": until, "step": step}
+        query = {"since": since, "until": until, "step": step, "newest": newest}
         return await self._transport.get(TrendReport, "get_trend", query, specimen=self.name)
 
     async def trend_table(self, *, since: str | None = None, until: str | None = None, step: str | None = None) -> str:

@@ -39,9 +39,13 @@ class AsyncRecording:
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.id}>"
 
-    async def info(self) -> RecordingInfo:
-        """What it holds: frames, channels, windows, calibration, who measured what and how."""
-        return await self._transport.get(RecordingInfo, "get_recording", identifier=self.id)
+    async def info(self, *, first: int = 0, limit: int | None = None) -> RecordingInfo:
+        """What it holds: frames, channels, windows, calibration, who measured what and how.
+
+        first, limit: describe frames from this one on, from 0, and so many at most; None: all.
+        """
+        query = {"first": first, "limit": limit}
+        return await self._transport.get(RecordingInfo, "get_recording", query, identifier=self.id)
 
     async def samples(
         self, frame: int = 0, *, start_s: float | None = None, stop_s: float | None = None
