@@ -154,17 +154,15 @@ def outcome_in(folder: Path, variant: str, *, of: str | None = None) -> Characte
 
 
 def report_on(folder: Path) -> None:
-    """Write claims.json, claims.csv and claims.tex, and print the table.  Raises InputError, StorageError."""
-    from platform_daemon.core.state.durable import write_file
-
+    """Write the report, and print the table of claims.  Raises PlatformError."""
     from .claims import claims_of
     from .findings import Findings
-    from .report import claim_rows, claims_latex, claims_text
+    from .folder import write_folder
+    from .report import claims_text
 
-    outcomes = {v: found for v in ("thread", "jewel") if (found := outcome_in(folder, v)) is not None}
+    outcomes = {v: found for v in ("jewel", "thread") if (found := outcome_in(folder, v)) is not None}
     claims = claims_of(Findings(outcomes))
-    write_json(folder / "claims.json", claims)
-    write_csv(folder / "claims.csv", claim_rows(claims))
-    write_file(folder / "claims.tex", claims_latex(claims).encode())
+    write_folder(folder, claims, {variant: found.report for variant, found in outcomes.items()})
     print(claims_text(claims))
-    print(folder / "claims.json")
+    for name in ("claims.json", "report.html", "report.pdf"):
+        print(folder / name)
