@@ -1,10 +1,9 @@
-"""The paper's figures from the shots of a campaign and from the design equations, both resonators beside each other."""
+"""The paper's figures that need no measurement: friction in a cup, perpendicular forces, and positions of rest."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,17 +12,12 @@ from matplotlib.patches import Circle
 
 from platform_daemon.core.reporting.figures import COLOURS, new_figure
 from platform_daemon.design.equations import PAPER_JEWEL, PAPER_MAGNETS, friction_increase
-from platform_daemon.features.characterise.figures import draw_fit
-from platform_daemon.features.characterise.schema import CharacterisationReport
+from platform_daemon.features.characterise.side_by_side.folder import NamedFigure
 from platform_daemon.features.design.checked_defect import checked_defect
 from platform_daemon.features.design.curves import ForceCurves, force_curves
 from platform_daemon.features.design.figure import draw_force_lines
 from platform_daemon.features.design.schema import DefectsRequest
-from platform_daemon.features.fit.fit_request import FitSettings
-from platform_daemon.features.fit.measurement import VoltageMeasurement, open_for_fit
-from platform_daemon.features.fit.plot_data import ring_down_plot_data
 
-_COLOUR = {"jewel": COLOURS[0], "thread": COLOURS[1]}
 _DEFECTS = {
     "F_tan_over_epsilon": ("stator_tilt", "stator_tilt"),
     "F_tan_over_rotor_epsilon": ("jewel_tilt", "rotor_tilt"),
@@ -34,25 +28,15 @@ _WORDS = {"stator_tilt": "tilted stator", "rotor_tilt": "tilted rotor", "jewel_t
           "lateral": "lateral displacement"}  # fmt: skip
 
 
-def figures_of(reports: Mapping[str, CharacterisationReport], folder: Path) -> Iterator[tuple[str, str, Figure]]:
-    """(name of the file, caption, figure), in the order of the paper; folder: of the recordings that were reported on.
-
-    Raises PlatformError for a recording that can no longer be read.
-    """
-    yield "simulation_lambda", "fig:simulation_lambda(t): friction in a cup over that of a flat jewel", _friction()
+def design_figures() -> Iterator[NamedFigure]:
+    """Those that need no measurement, in the order of the paper."""
+    caption = "fig:simulation_lambda(t): friction in a cup over that of a flat jewel"
+    yield NamedFigure("simulation_lambda", caption, _friction())
     for name, (jewel, thread) in _DEFECTS.items():
         caption = f"fig:{name}: perpendicular force, jewel: {_WORDS[jewel]}, thread: {_WORDS[thread]}"
-        yield name, caption, _forces(jewel, thread)
+        yield NamedFigure(name, caption, _forces(jewel, thread))
     caption = "fig:equilibrium_positions_defects: rest of the rotor at 10° of tilt, or 1 mm of displacement"
-    yield "equilibrium_positions_defects", caption, _positions_of_rest()
-    for variant, report in reports.items():
-        shot = _shown_shot(folder / f"{variant}.h5", report)
-        if shot is not None:
-            caption = f"fig:fit_plot: {variant}, the shot whose D30 fit has the median R²"
-            yield f"fit_plot_{variant}", caption, shot
-    if any(report.envelopes for report in reports.values()):
-        caption = "fig:amplitude_plot: envelopes along u and v, and frequency, by the D30 fits; dashed: end of D30"
-        yield "amplitude_plot", caption, _amplitudes(reports)
+    yield NamedFigure("equilibrium_positions_defects", caption, _positions_of_rest())
 
 
 def _friction() -> Figure:
@@ -85,6 +69,8 @@ def _forces(jewel: str, thread: str) -> Figure:
         draw_force_lines(axes, curves, curves.family_force_n, spans)
         axes.set_title(f"{bearing}, φ = {curves.family_phi_deg:g}°", fontsize=10)
     first.set_title("jewel, R = 5/3 r; dashed: thread, l = 8 r", fontsize=10)
+    first.autoscale(axis="y")
+    first.set_ylim(bottom=0)
     for axes in (first, cups, threads):
         axes.set_xlabel("Δy / mm" if jewel == "lateral" else "ε / °")
     return figure
@@ -125,32 +111,3 @@ def _draw_rest(axes: Axes, bearing: str, defect: str) -> None:
     shift, alpha = 1e3 * rest.displacement_m[0], math.degrees(rest.alpha_rad[0])
     title = f"{bearing}: {_WORDS[defect]}\n|Δy$_C$| = {shift:.3f} mm, α = {alpha:.2f}°"
     axes.set_title(title, fontsize=9)
-
-
-def _shown_shot(recording: Path, report: CharacterisationReport) -> Figure | None:
-    """None: no shot has a fit."""
-    if report.shown_frame is None or report.d30.duration_s is None:
-        return None
-    measurement, ask = open_for_fit(recording, FitSettings())
-    assert isinstance(measurement, VoltageMeasurement)
-    window_s = next(f.window_s for f in report.d30_fits.good_frames if f.frame == report.shown_frame)
-    assert window_s is not None
-    return draw_fit(ring_down_plot_data(measurement, report.shown_frame, ask.model, "d30"), window_s)
-
-
-def _amplitudes(reports: Mapping[str, CharacterisationReport]) -> Figure:
-    """Both on common axes."""
-    figure = new_figure(12, 3.6)
-    panels = figure.subplots(1, 3)
-    keys = ("u_am2_per_s", "v_am2_per_s", "frequency_minus_f_nat_hz")
-    labels = ("û: dm/dt / A m² s⁻¹", "v̂: dm/dt / A m² s⁻¹", "f − $f_{nat}$ / Hz")
-    for axes, key, label in zip(panels, keys, labels, strict=True):
-        for variant, report in reports.items():
-            if report.envelopes and report.d30.duration_s is not None:
-                found = report.envelopes[0]
-                axes.plot(found.t_s, getattr(found, key), color=_COLOUR[variant], lw=1.2, label=variant)
-                axes.axvline(report.d30.duration_s.median, color=_COLOUR[variant], ls="--", lw=0.8)
-        axes.set(xlabel="time after the first RX sample / s", ylabel=label)
-        axes.margins(x=0.0)
-    panels[0].legend(fontsize=8)
-    return figure

@@ -1,8 +1,9 @@
-"""The paper's tables with both resonators in each, and how a table is written in LaTeX."""
+"""The paper's tables with every specimen in each, and how a table is written in LaTeX."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from platform_daemon.features.characterise.report import WordedTable, characterisation_tables
 from platform_daemon.features.characterise.schema import CharacterisationReport
@@ -22,17 +23,25 @@ _LATEX = {
 }  # fmt: skip
 
 
-def tables_of(reports: Mapping[str, CharacterisationReport]) -> Iterator[tuple[str, WordedTable]]:
-    """(name of the paper's label, table), a row for each resonator and window; none without a report."""
+@dataclass(frozen=True)
+class NamedTable:
+    """A table, and the name of its files without ending, which is that of the paper's label behind `tab:`."""
+
+    name: str
+    table: WordedTable
+
+
+def tables_of(reports: Mapping[str, CharacterisationReport]) -> Iterator[NamedTable]:
+    """A row for each specimen and window; none without a report."""
     made = {variant: characterisation_tables(report) for variant, report in reports.items()}
     for k, name in enumerate(_NAMES):
         parts = [(variant, tables[k]) for variant, tables in made.items()]
         if parts:
-            yield name, _joined(parts)
+            yield NamedTable(name, _joined(parts))
 
 
 def _joined(parts: Sequence[tuple[str, WordedTable]]) -> WordedTable:
-    """Below each other; a cell is "-" where a resonator has no such column."""
+    """Below each other; a cell is "-" where a specimen has no such column."""
     headings = list(dict.fromkeys(heading for _, table in parts for heading, _ in table.columns))
     first = parts[0][1]
     index = [variant for variant, table in parts for _ in table.index[1]]
@@ -42,7 +51,7 @@ def _joined(parts: Sequence[tuple[str, WordedTable]]) -> WordedTable:
             cell for _, table in parts for cell in dict(table.columns).get(heading, ["-"] * len(table.index[1]))
         ]
         columns.append((heading, cells))
-    return WordedTable(first.title, ("resonator", index), tuple(columns), first.said)
+    return WordedTable(first.title, ("specimen", index), tuple(columns), first.said)
 
 
 def headings_of(table: WordedTable) -> tuple[str, ...]:
