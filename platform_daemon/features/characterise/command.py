@@ -165,7 +165,7 @@ class SweepOptions:
     shard: Annotated[
         str | None, typer.Option("--shard", metavar="I/N", help="Make this share of the noise fits only, as 3/8.")
     ] = None
-    merge: Annotated[bool, typer.Option("--merge", help="Make no noise fits; put those of all shards together.")] = False
+    merge: Annotated[bool, typer.Option("--merge", help="Only put the noise fits of all shards together.")] = False
     dask: Annotated[str | None, typer.Option("--dask", metavar="ADDRESS", help="Noise fits on this cluster.")] = None
 
     def asked(self) -> NoiseOptions | None:

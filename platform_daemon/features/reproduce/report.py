@@ -6,10 +6,10 @@ from collections import Counter
 from typing import Any
 
 from platform_daemon.core.reporting.tables import tables_text
+from platform_daemon.features.characterise.side_by_side.tables import row_latex
 
 from .claims import contradictions
 from .schema import Claim, Claims
-from .tables import row_latex
 
 
 def claims_text(found: Claims) -> str:

@@ -36,6 +36,11 @@ class _Fits:
     f_nat_hz: Floats
     error_rad: Floats
 
+    def resampled(self, rng: np.random.Generator) -> NDArray[np.intp]:
+        """As many shots, some twice and some not."""
+        n = self.f_nat_hz.shape[0]
+        return rng.choice(n, size=n).astype(np.intp)
+
     def curves(self, shots: NDArray[np.intp]) -> tuple[Floats, Floats]:
         """(MAD of f_nat, median error), each (levels,), of these shots; inf where more than half of the fits failed."""
         f, error = (np.swapaxes(x[shots], 0, 1).reshape(x.shape[1], -1) for x in (self.f_nat_hz, self.error_rad))
@@ -53,14 +58,9 @@ def noise_report(
     """
     rng = np.random.default_rng(sweep.seed)
     fits = [_fits_of(k, sweep, parts, report) for k, report in enumerate(reports)]
-    resampled = [
-        [found.curves(rng.integers(found.f_nat_hz.shape[0], size=found.f_nat_hz.shape[0])) for _ in range(_BOOTSTRAP)]
-        for found in fits
-    ]
+    resampled = [[found.curves(found.resampled(rng)) for _ in range(_BOOTSTRAP)] for found in fits]
     whole = [found.curves(np.arange(found.f_nat_hz.shape[0])) for found in fits]
-    curves = tuple(
-        _curve(sweep, k, reports[k], fits[k], whole[k], resampled[k], rng) for k in range(len(reports))
-    )
+    curves = tuple(_curve(sweep, k, reports[k], fits[k], whole[k], resampled[k], rng) for k in range(len(reports)))
     crossings = (
         tuple(
             _break_even(sweep.levels, name, [w[q] for w in whole], [[one[q] for one in each] for each in resampled])
@@ -72,9 +72,7 @@ def noise_report(
     return NoiseSweepReport(draws=sweep.draws, seed=sweep.seed, curves=curves, break_even=crossings)
 
 
-def _fits_of(
-    specimen: int, sweep: NoiseSweep, parts: Sequence[NoisePart], report: CharacterisationReport
-) -> _Fits:
+def _fits_of(specimen: int, sweep: NoiseSweep, parts: Sequence[NoisePart], report: CharacterisationReport) -> _Fits:
     frames = sweep.specimens[specimen][1].frames or ()
     place = {frame: k for k, frame in enumerate(frames)}
     shape = len(frames), len(sweep.levels), sweep.draws
@@ -136,7 +134,7 @@ def _interval(ends: Floats) -> tuple[float, float] | None:
 
 
 class _Prediction:
-    """Cramer-Rao bound of the added noise, and the scatter of the recorded shots beyond the bound of their own noise."""
+    """Cramer-Rao bound of the added noise, and the recorded shots' scatter beyond that of their own noise."""
 
     def __init__(
         self,

@@ -1,9 +1,9 @@
-"""A noise sweep cut into parts: each is a file of its own, so that shards and a killed run leave what they have made."""
+"""A noise sweep cut into parts, each a file of its own, so that shards and a killed run leave what they have made."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -139,8 +139,3 @@ def _read(file: Path) -> NoisePart:
 
 def _file(folder: Path, part: int) -> Path:
     return folder / f"part-{part:05d}.json"
-
-
-def specimen_of(path: Path, settings: FitSettings, held: dict[str, float], frames: Sequence[int]) -> tuple[Path, FitSettings]:
-    """A specimen of a sweep: its N50 fits hold what those without added noise did."""
-    return path, replace(settings, window="n50", fixed=held or None, frames=tuple(frames), step=None, derived=False)

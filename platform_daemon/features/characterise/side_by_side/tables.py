@@ -47,9 +47,7 @@ def _joined(parts: Sequence[tuple[str, WordedTable]]) -> WordedTable:
     index = [variant for variant, table in parts for _ in table.index[1]]
     columns = [(first.index[0], [cell for _, table in parts for cell in table.index[1]])]
     for heading in headings:
-        cells = [
-            cell for _, table in parts for cell in dict(table.columns).get(heading, ["-"] * len(table.index[1]))
-        ]
+        cells = [cell for _, table in parts for cell in dict(table.columns).get(heading, ["-"] * len(table.index[1]))]
         columns.append((heading, cells))
     return WordedTable(first.title, ("specimen", index), tuple(columns), first.said)
 
