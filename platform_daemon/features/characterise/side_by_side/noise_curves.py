@@ -39,7 +39,7 @@ class _Fits:
     def resampled(self, rng: np.random.Generator) -> NDArray[np.intp]:
         """As many shots, some twice and some not."""
         n = self.f_nat_hz.shape[0]
-        return rng.choice(n, size=n).astype(np.intp)
+        return np.asarray(rng.choice(n, size=n), dtype=np.intp)
 
     def curves(self, shots: NDArray[np.intp]) -> tuple[Floats, Floats]:
         """(MAD of f_nat, median error), each (levels,), of these shots; inf where more than half of the fits failed."""
