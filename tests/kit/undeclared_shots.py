@@ -56,7 +56,5 @@ def calibrated_record(bench: Bench, volts: NDArray[np.float32]) -> RingDownRecor
     """dm/dt of one shot, (3, n) V."""
     known = bench.calibration
     sensitivity = np.asarray(known.sensitivity)
-    done = calibrate(
-        volts.astype(np.float64), CLOCK.rate_hz, sensitivity, known.frequency_hz, known.frequency_response
-    )
+    done = calibrate(volts.astype(np.float64), CLOCK.rate_hz, sensitivity, known.frequency_hz, known.frequency_response)
     return RingDownRecord(done.dmdt, CLOCK.rate_hz, "dmdt", valid_from=done.valid_from, valid_to=done.valid_to)

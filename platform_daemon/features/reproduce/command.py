@@ -58,7 +58,14 @@ def reproduce(
     if not resonators:
         raise InputError("no resonator is left", where="--thread, --jewel", remedy="name one of them")
     made = _QUICK_SHOTS if quick else shots
-    campaign = Campaign(software_version=__version__, shots=made, tune=tune, ramp=ramp)
+    campaign = Campaign(
+        software_version=__version__,
+        platform=str(where.platform),
+        changes=tuple(where.overrides or ()),
+        shots=made,
+        tune=tune,
+        ramp=ramp,
+    )
     if not dry_run:
         _prepare(out, campaign, resume=resume)
     heed_one_interrupt()
