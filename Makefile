@@ -9,7 +9,7 @@ PAGE := platform_daemon/features/page
 # Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: coverage-study client-kills evidence site night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -162,6 +162,11 @@ DRAWS ?= 200
 coverage-study: install
 	COVERAGE_DRAWS=$(DRAWS) $(BIN)/python -m pytest -n 0 -m long -s tests/features/budget -k coverage
 
+# The same of a thousand campaigns in which every influence is drawn; `make coverage-campaign COVERAGE='--campaigns 100'`.
+coverage-campaign: install
+	$(BIN)/python -m tests.campaigns.uncertainty_coverage --page docs/evidence/uncertainty-coverage.md $(COVERAGE)
+	$(BIN)/python -m tests.evidence --measured uncertainty-coverage
+
 # `make fault-campaign FAULTS='--only "switch RX"'` is a short one; the journal lets an interrupted one go on.
 fault-campaign: install
 	$(BIN)/python -m tests.campaigns.faults.campaign --page docs/evidence/fault-campaign.md $(FAULTS)
@@ -185,6 +190,10 @@ accuracy: install
 # The index of what has been measured, with the age of each page.
 evidence: install
 	$(BIN)/python -m tests.evidence
+
+# The notebooks with their outputs in docs/notebooks, where the site takes them from; `make notebooks NOTEBOOKS=own-term.ipynb` runs one.
+notebooks: install
+	$(BIN)/python -m tests.kit.notebooks $(NOTEBOOKS)
 
 # The pages of docs and the docstrings of the public interfaces as a web site in build/site; needs no network.
 site: install .venv/.docs

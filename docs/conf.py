@@ -6,7 +6,7 @@ import re
 
 project = "platform-daemon"
 project_copyright = "the authors of platform-daemon"
-extensions = ["myst_parser", "sphinx.ext.autodoc"]
+extensions = ["myst_nb", "sphinx.ext.autodoc"]
 exclude_patterns = ["Thumbs.db"]
 html_theme = "furo"
 html_title = project
@@ -16,6 +16,7 @@ highlight_language = "text"
 
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
+nb_execution_mode = "off"  # the notebooks stand there with their outputs; `make notebooks` runs them
 
 autodoc_default_options = {"members": True, "member-order": "bysource", "show-inheritance": True}
 autodoc_typehints = "signature"

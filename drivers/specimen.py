@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from drivers.uncertainty import DeclaredUncertainty
+from drivers.uncertainty import DeclaredUncertainty, Influence
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -106,6 +106,31 @@ class Defects(_Section):
     )
 
 
+class Measurand(_Section):
+    """What the specimen is a sensor for; `platform-daemon measurand calibrate` finds how its frequency follows it."""
+
+    name: str = Field(min_length=1, max_length=100, description="The quantity in words, as pressure.")
+    unit: str = Field(min_length=1, max_length=30, description="Its unit, as mbar.")
+    model: str = Field(
+        default="polynomial",
+        min_length=1,
+        description="polynomial; dipole: f proportional to (x + x0)^(-3/2), x a distance; or the name of an entry "
+        "point of the group platform_daemon.measurand_models.",
+    )
+    degree: Annotated[int, Field(ge=1, le=5)] = Field(default=1, description="Of the polynomial.")
+    corrected_for: Literal["temperature"] | None = Field(
+        default=None, description="A second influence whose coefficient is calibrated, too; null: none."
+    )
+    reference: Influence | None = Field(
+        default=None,
+        description="What all readings of the reference have in common, as its certificate says, in `unit`; null: not "
+        "declared.",
+    )
+    longest_lag_s: NonNegative = Field(
+        default=0.0, description="The resonator may follow the reference, or precede it, by as much, s; 0: by nothing."
+    )
+
+
 class SideModeLimit(_Section):
     """Up to which field the resonator moves as its equation of motion says, as a ramp has found it (paper, "Measurement
     Sequence")."""
@@ -135,6 +160,10 @@ class Specimen(_Section):
     uncertainty: DeclaredUncertainty | None = Field(
         default=None,
         description="How well influences are known, in the place of what the platform's file says; null: not said.",
+    )
+
+    measurand: Measurand | None = Field(
+        default=None, description="What the specimen is a sensor for; null: for nothing but itself."
     )
 
     @model_validator(mode="after")

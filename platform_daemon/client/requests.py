@@ -16,7 +16,8 @@ from platform_daemon.features.sweep.keys import keys_of
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 ModelT = TypeVar("ModelT", bound=BaseModel)
-_FURTHER = "Further arguments; what is not given is as the daemon has it:"
+_ARGUMENTS = "Arguments; what is not given is as the daemon has it:"
+_KEY = "    idempotency_key: A call that is repeated with it returns the first job; None: a new one."
 _UNITS = "Keys in T, s, Hz and rad may also be given as NAME_ut, NAME_mt, NAME_ms, NAME_khz and NAME_deg."
 _LIMITS = {"gt": "above {}", "ge": "at least {}", "lt": "below {}", "le": "at most {}"}
 
@@ -80,14 +81,19 @@ def takes(model: type[BaseModel], *leave_out: str) -> Callable[[FunctionT], Func
     def described(function: FunctionT) -> FunctionT:
         signature = inspect.signature(function)
         own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
-        known = {each.name for each in own} | set(leave_out)
+        named, said = {each.name for each in own}, inspect.getdoc(function) or ""
+        known = {*leave_out, *(name for name in named if f"{name}: " in said)}
         lines, keywords = [], []
         for name, text, kind in _fields(model):
             if name not in known:
                 known.add(name)
                 lines.append(f"    {name}: {text}")
-                keywords.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=..., annotation=kind))
-        function.__doc__ = "\n".join((inspect.getdoc(function) or "", "", _FURTHER, *lines, "", _UNITS, ""))
+                if name not in named:
+                    key = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=..., annotation=kind)
+                    keywords.append(key)
+        if "idempotency_key" in named:
+            lines.append(_KEY)
+        function.__doc__ = "\n".join((said, "", _ARGUMENTS, *lines, "", _UNITS, ""))
         rest = [each for each in signature.parameters.values() if each.kind is inspect.Parameter.VAR_KEYWORD]
         function.__signature__ = signature.replace(parameters=[*own, *keywords, *rest])  # type: ignore[attr-defined]
         return function

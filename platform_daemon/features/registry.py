@@ -14,6 +14,8 @@ FEATURES = (
     "trends",
     "fit",
     "budget",
+    "measurand",
+    "certificate",
     "design",
     "diagnose",
     "characterise",

@@ -42,7 +42,7 @@ class DiagnosisResult:
         return summary_text(self.report)
 
     def to_html(self, path: str | Path) -> Path:
-        """Write one self-contained page with pictures."""
+        """Write one self-contained page with pictures at `path`; the place of it."""
         from platform_daemon.diagnosis.residual_comparison import compare_residuals
         from platform_daemon.features.diagnose.page import diagnosis_html
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -117,13 +118,17 @@ class Fit(Mapping[str, Estimate]):
         return found.of(quantity)
 
     def plot(self, path: str | Path | None = None) -> Figure:
-        """Signal, fit, residual and spectrum, also saved at `path`, by its suffix as PNG, PDF or SVG."""
+        """Signal, fit, residual and spectrum, also saved at `path`, by its suffix as PNG, PDF or SVG.
+
+        A cell of a notebook that ends with it shows it.
+        """
         from platform_daemon.features.fit.plot_data import plot_data_of
         from platform_daemon.features.fit.ring_down_figure import draw
 
         measurement = self.recording.measurement
         record = measurement.signal(self.frame).record
         figure = draw(plot_data_of(measurement, self.frame, record, self.result))
+        _let_notebooks_show(figure)
         if path is not None:
             figure.savefig(path)
         return figure
@@ -206,9 +211,12 @@ def fit_frames(
     terms: Sequence[str] = (),
     fixed: Mapping[str, float] | None = None,
 ) -> Fits:
-    """Fit several frames of a recording; frames: their numbers, None: all that are neither blank nor refused.
+    """Fit several frames of a recording.
 
-    The other arguments and the errors are those of `fit`.
+    Args:
+        recording: what `open`, `from_arrays` or `simulate` return.
+        frames: their numbers, from 0; None: all that are neither blank nor refused.
+        model, window, terms, fixed: as of `fit`, and so are the errors.
     """
     numbers = _checked(recording, window, frames)
     chosen = None if model is None else checked_variant(model, terms)
@@ -235,3 +243,16 @@ def _checked(recording: Recording, window: Window, frames: Sequence[int | None] 
         what, remedy = f"{frames!r} are no numbers of frames", "give whole numbers, from 0"
         raise InputError(what, where="frames", remedy=remedy) from None
     return None if chosen is None else [recording.usable_frame() if k is None else k for k in chosen]
+
+
+def _let_notebooks_show(figure: Figure) -> None:
+    """IPython draws figures only once pyplot, which this package does without, has been imported."""
+    shell: Any = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    if getattr(shell, "kernel", None) is None:
+        return
+    from IPython.core.pylabtools import select_figure_formats
+
+    try:
+        shell.display_formatter.formatters["image/png"].lookup(figure)
+    except KeyError:
+        select_figure_formats(shell, {"png"})

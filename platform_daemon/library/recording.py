@@ -51,6 +51,11 @@ class Recording:
         """Bearing of the resonator, thread or jewel; None: it is not said."""
         return self.measurement.variant
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What must be known of it, as holes in its time and samples that were sorted."""
+        return (*self.measurement.notes, *self.measurement.signal(0).notes)
+
     def usable_frame(self) -> int:
         """The first frame that is neither blank nor refused.  Raises InputError if there is none."""
         excuses = [self.measurement.excuse(k) for k in range(self.frames)]
@@ -70,11 +75,11 @@ class Recording:
         return self.measurement.signal(frame).record.samples
 
     def sampling_rate_hz(self, frame: int = 0) -> float:
-        """Samples per second."""
+        """Samples per second of a frame."""
         return self.measurement.signal(frame).record.sampling_rate_hz
 
     def time_s(self, frame: int = 0) -> NDArray[np.float64]:
-        """Time of each sample since the first one, s, (n,)."""
+        """Time of each sample of a frame since its first one, s, (n,)."""
         record = self.measurement.signal(frame).record
         return np.arange(record.samples.shape[1]) / record.sampling_rate_hz
 
@@ -108,11 +113,15 @@ def open_recording(
     time_unit: str | None = None,
     unit: str | None = None,
 ) -> Recording:
-    """Open a file: a recording of ours, one in the public MMR layout, an angle series, or a table in CSV or npz.
+    """Open a file: a recording of ours, one in the public MMR layout, an angle series, or a table.
+
+    Tables are CSV and other text, also as LibreOffice, Excel, pandas, numpy, Octave, Tracker and phyphox write it, npz,
+    and MATLAB's files.
 
     Args:
         path: of the file.
-        time, signal: columns of a table; None: the names of the columns tell, as `time_s` and `x_am2_per_s`.
+        time, signal: columns of a table; None: the names of the columns tell, as `time_s` and `x_am2_per_s`; "0" and
+            on where they have no names, `data(:,2)` of a matrix, `run.phi` of a structure.
         time_unit, unit: units of a table's time and signal, as "ms" and "mA m^2/s", "V", "deg"; None: the names tell.
 
     Raises RecordingError (an InputError) for a file that cannot be read, a column that is not there or has no unit,

@@ -130,7 +130,7 @@ def monte_carlo(
 
 
 def check_law_of_propagation(budget: Budget, drawn: MonteCarloResult) -> Validation:
-    """Compare the interval of a budget with that of the draws (8.1).
+    """Compare the interval of a budget with that of `drawn`, of the draws (8.1).
 
     Raises InputError if they are of different coverage.
     """

@@ -10,7 +10,7 @@ effects.py     variations from shot to shot, the thermometer, and the shots at w
 tables.py      the tables of single devices in a platform file
 """
 
-from .effects import EffectsOptions, FaultOptions, TemperatureEffect
+from .effects import EffectsOptions, FaultOptions, HousingOptions, TemperatureEffect
 from .receive import ChainOptions, ColourOptions, HumOptions, SwitchOptions
 from .simulated import ClockOptions, SimulatedOptions
 from .tables import CalibrationTable, DipoleTable, EmptyTable, IoCardTable, LnaTable, ProbeTable
@@ -28,6 +28,7 @@ __all__ = [
     "EffectsOptions",
     "EmptyTable",
     "FaultOptions",
+    "HousingOptions",
     "HumOptions",
     "IoCardTable",
     "LnaTable",

@@ -57,6 +57,22 @@ class EffectsOptions(Section):
     back_action: BackActionEffect
 
 
+class HousingOptions(Section):
+    """A housing whose membrane carries the stator, so that f_nat follows the pressure, and that is warmed slowly.
+
+    The pressure is mean_mbar plus a sine of swing_mbar and period_s; f_nat changes by f_nat_hz_per_mbar times its
+    deviation d from mean_mbar, and by f_nat_hz_per_mbar2 times d^2.  thermal_time_constant_s: the rotor follows the
+    temperature that the thermometer reads with this time constant, 0: at once.
+    """
+
+    mean_mbar: Positive = 1013.25
+    swing_mbar: NonNegative = 0.0
+    period_s: Positive = 3600.0
+    f_nat_hz_per_mbar: Finite = 0.0
+    f_nat_hz_per_mbar2: Finite = 0.0
+    thermal_time_constant_s: NonNegative = 0.0
+
+
 class ThermometerOptions(Section):
     """Errors of the temperature sensor.
 

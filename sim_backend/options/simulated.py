@@ -11,7 +11,7 @@ from sim_backend.hidden_effects.listing import HiddenEffects
 from sim_backend.hidden_effects.signals import check_distinct, extra_poles_hz
 from sim_backend.section import Positive, Section
 
-from .effects import EffectsOptions, FaultOptions, ThermometerOptions
+from .effects import EffectsOptions, FaultOptions, HousingOptions, ThermometerOptions
 from .receive import LnaOptions, NoiseOptions, ReceiveOptions, SwitchOptions
 from .transmit import AmplifierOptions, CoilsOptions, WiringOptions
 
@@ -50,6 +50,7 @@ class SimulatedOptions(Section):
     noise: NoiseOptions
     effects: EffectsOptions
     thermometer: ThermometerOptions
+    housing: HousingOptions = HousingOptions()
     wiring: WiringOptions = WiringOptions()
     faults: FaultOptions = FaultOptions()
     hidden_effects: HiddenEffects = Field(default=(), alias="undeclared")

@@ -13,7 +13,7 @@ from sim_backend.rotor.rotor import Rotor
 from sim_backend.transmit.coils import sensitivity_t_per_a
 
 from .back_action import conductance
-from .variation import friction_factor, rotor_in_shot, with_orientation_scatter
+from .variation import friction_factor, rotor_in_shot, under_pressure, with_orientation_scatter
 
 
 class ClampingUnit:
@@ -54,7 +54,7 @@ class ClampingUnit:
 
             self.rotor_state = at_rest(now_s, dynamics(self._rotor, self._options.hidden_effects))
 
-    def for_shot(self, deviation_k: float, rng: np.random.Generator) -> Rotor | None:
+    def for_shot(self, now_s: float, deviation_k: float, rng: np.random.Generator) -> Rotor | None:
         """The rotor with the variations of a new shot, which adds wear; None: no rotor, or a device in its place."""
         self._last = None
         if self._rotor is None or self.specimen is None or self._inserted is not None:
@@ -63,7 +63,8 @@ class ClampingUnit:
         self._worn[self.specimen.name] = worn + 1
         friction = friction_factor(self._options.effects, rng, worn)
         turned = with_orientation_scatter(self._rotor, self.specimen.rotor.orientation_scatter_rad, rng)
-        self._last = rotor_in_shot(turned, self._options.effects, deviation_k, friction)
+        warm = rotor_in_shot(turned, self._options.effects, deviation_k, friction)
+        self._last = under_pressure(warm, self._options.housing, now_s)
         return self._last
 
     def source_and_position(self, rotor: Rotor | None) -> tuple[Dipole | None, NDArray[np.float64]]:

@@ -15,6 +15,7 @@ from sim_backend.rotor.trajectory import energy_amplitude_rad, largest_angle_rad
 
 from .shot import ShotResult
 from .side_motion import side_record
+from .variation import pressure_mbar
 
 FLIP = np.diag([1.0, -1.0, -1.0])
 
@@ -59,6 +60,7 @@ def pose(rotation: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
 def record(setup: ShotSetup, result: ShotResult, temperature_c: float, violations: Iterable[Any]) -> dict[str, Any]:
     """The truth of one shot, plain JSON types; quantities that do not exist are None."""
     effects = setup.options.effects
+    housing = setup.options.housing
     out: dict[str, Any] = {
         "seed": setup.options.seed,
         "shot": setup.number,
@@ -74,6 +76,8 @@ def record(setup: ShotSetup, result: ShotResult, temperature_c: float, violation
         "hot_switch_a": _hot_switch_a(result),
         "variant": None,
     }
+    if housing.swing_mbar:
+        out["pressure_mbar"] = pressure_mbar(housing, setup.start_s)
     return out | (_rotor_record(setup, setup.rotor, result) if setup.rotor else {})
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sim_backend.options import EffectsOptions, TemperatureEffect
+from sim_backend.options import EffectsOptions, HousingOptions, TemperatureEffect
 from sim_backend.rotor.rotor import Rotor, rotation_matrix
 
 GRID_PER_CORRELATION = 50
@@ -18,11 +18,13 @@ class Temperature:
     The temperature depends on seed and time only, not on the number or order of calls.
     """
 
-    def __init__(self, effect: TemperatureEffect, rng: np.random.Generator) -> None:
+    def __init__(self, effect: TemperatureEffect, rng: np.random.Generator, time_constant_s: float = 0.0) -> None:
         self._effect = effect
         self._rng = rng
         self._step_s = effect.correlation_time_s / GRID_PER_CORRELATION
         self._deviations = [float(rng.standard_normal())]
+        self._time_constant_s = time_constant_s
+        self._inside = self._deviations[:]
 
     def deviation_k(self, world_s: float) -> float:
         """Deviation from the mean at a world time, K; zero if the effect is off."""
@@ -34,6 +36,21 @@ class Temperature:
         low, high = self._deviations[k], self._deviations[k + 1]
         return self._effect.sd_k * (low + (place - k) * (high - low))
 
+    def inside_k(self, world_s: float) -> float:
+        """The same inside of a housing with a thermal time constant: of first order, in equilibrium at the start."""
+        if not self._effect.enabled or self._time_constant_s == 0.0:
+            return self.deviation_k(world_s)
+        k = int(max(world_s, 0.0) / self._step_s)
+        self._extend(k + 2)
+        while len(self._inside) <= k + 1:
+            at = len(self._inside)
+            low, high = self._deviations[at - 1 : at + 1]
+            behind = (high - low) / self._step_s * self._time_constant_s
+            keep = float(np.exp(-self._step_s / self._time_constant_s))
+            self._inside.append(high - behind + (self._inside[-1] - low + behind) * keep)
+        part = max(world_s, 0.0) / self._step_s - k
+        return self._effect.sd_k * (self._inside[k] + part * (self._inside[k + 1] - self._inside[k]))
+
     def celsius(self, world_s: float) -> float:
         """Temperature at a world time, deg C."""
         return float(self._effect.mean_c + self.deviation_k(world_s))
@@ -43,6 +60,18 @@ class Temperature:
         spread = np.sqrt(1 - keep**2)
         while len(self._deviations) < length:
             self._deviations.append(keep * self._deviations[-1] + spread * float(self._rng.standard_normal()))
+
+
+def pressure_mbar(housing: HousingOptions, world_s: float) -> float:
+    """Pressure on the housing at a world time, mbar."""
+    return float(housing.mean_mbar + housing.swing_mbar * np.sin(2 * np.pi * world_s / housing.period_s))
+
+
+def under_pressure(rotor: Rotor, housing: HousingOptions, world_s: float) -> Rotor:
+    """The rotor with f_nat at the pressure of a world time."""
+    d = pressure_mbar(housing, world_s) - housing.mean_mbar
+    shift_hz = housing.f_nat_hz_per_mbar * d + housing.f_nat_hz_per_mbar2 * d**2
+    return replace(rotor, f_nat_hz=rotor.f_nat_hz + shift_hz) if shift_hz else rotor
 
 
 def friction_factor(effects: EffectsOptions, rng: np.random.Generator, earlier_shots: int) -> float:

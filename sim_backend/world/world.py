@@ -79,7 +79,8 @@ class World:
         self.lock = threading.RLock()
         self.power = PowerStage(options.amplifier)
         self.faults = FaultPlan(options.faults)
-        self.temperature = Temperature(options.effects.temperature, self.rng(TEMPERATURE))
+        lag_s = options.housing.thermal_time_constant_s
+        self.temperature = Temperature(options.effects.temperature, self.rng(TEMPERATURE), lag_s)
         self.thermometer_rng = self.rng(THERMOMETER)
         self.unit = ClampingUnit(options)
         self.shot_simulator = ShotSimulator(self.clock, self.lock, self.power, self)
@@ -150,7 +151,7 @@ class World:
         """The set-up of the shot that begins now."""
         closed = self._contacts.position(now_s) is SwitchPosition.TRANSMIT
         rotor_state = self.unit.decayed_until(now_s, closed=closed)
-        rotor = self.unit.for_shot(self.temperature.deviation_k(now_s), self.rng(FRICTION, self.shots))
+        rotor = self.unit.for_shot(now_s, self.temperature.inside_k(now_s), self.rng(FRICTION, self.shots))
         dipole, position_m = self.unit.source_and_position(rotor)
         return ShotSetup(
             options=self.options,

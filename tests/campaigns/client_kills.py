@@ -5,7 +5,8 @@ python -m tests.campaigns.client_kills --shots 10000 --page docs/evidence/client
 The script is what a user would write: it starts a series, waits for its end, and resumes it where the daemon has died.
 Meanwhile, at random moments, a process of the daemon or all of them together are killed (SIGKILL), and a new daemon is
 started on the same folder and port.  In the end there must be one acquisition for each that the script has started, and
-in its recording every shot once.
+in its recording every shot once.  With --folder a campaign that was interrupted itself goes on: each series has an
+idempotency key, so that those there are already are not measured again.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ import httpx2
 import psutil
 
 from platform_daemon.client import Client, Conflict, ConnectionFailed, JobFailed, Unavailable
+from platform_daemon.core.schemas.jobs import JobState
 from tests.kit.command_line import COMMAND
 from tests.kit.served import Served
 
@@ -59,6 +61,8 @@ class Found:
     shots: int = 0
     kills: dict[str, int] = field(default_factory=lambda: dict.fromkeys(_VICTIMS, 0))
     resumed: int = 0
+    before: int = 0
+    """Series that were there already."""
     wrong: list[str] = field(default_factory=list)
     memory_mb: list[float] = field(default_factory=list)
     """Of the script, after each series."""
@@ -152,6 +156,7 @@ def client_kills(folder: Path, shots: int, apart: tuple[int, int] = APART, seed:
     lives = Lives(folder)
     try:
         with Client(lives.address) as lab:
+            found.before = len([job for job in lab.jobs_of("acquisition") if job.state is JobState.DONE])
             started: list[str] = []
             with struck(lives, found, apart, seed):
                 while len(started) * SERIES < shots:
@@ -204,6 +209,7 @@ def page(found: Found, arguments: str) -> str:
     killed = ", ".join(f"{name} {count}" for name, count in found.kills.items())
     rows = {
         "series, shots": f"{found.series}, {found.shots}",
+        **({"series of an earlier run, which was interrupted": str(found.before)} if found.before else {}),
         "deaths": f"{sum(found.kills.values())} ({killed})",
         "series that were resumed": str(found.resumed),
         "memory of the script, in the first tenth and in the last": f"{early:.0f} MB, {late:.0f} MB",
@@ -219,9 +225,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--shots", type=int, default=10_000)
     parser.add_argument("--page", type=Path)
+    parser.add_argument("--folder", type=Path, help="keep everything here, and go on with what is there")
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory(prefix="client-kills-") as folder:
-        found = client_kills(Path(folder), options.shots)
+    with tempfile.TemporaryDirectory(prefix="client-kills-") as temporary:
+        folder = options.folder or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        found = client_kills(folder, options.shots)
     text = page(found, f"--shots {options.shots}")
     print(text)
     if options.page is not None:

@@ -123,6 +123,15 @@ def test_a_job_that_does_not_exist(lab):
         lab.specimens["nothing"].get()
 
 
+def test_a_job_of_a_client_that_is_closed(running, series):
+    with Client(running.address) as lab:
+        job = lab.job(series.id)
+    for call in (job.refresh, job.fits, lab.stop, lambda: next(iter(lab.events()))):
+        with pytest.raises(InputError, match="the client is closed") as found:
+            call()
+        check_said(found.value)
+
+
 def test_an_argument_that_is_not_there(lab):
     with pytest.raises(InputError, match="fild_ut") as found:
         lab.measure("jewel", fild_ut=490)

@@ -66,7 +66,17 @@ def test_a_fit_of_a_recording_and_what_follows_from_it(lab, series):
     assert fit.table().verdict.tolist() == ["good", "good"]
     assert fit.derived().frames[0].quality_factor > 0
     assert fit.envelopes(0, points=20).frame == 0
+    budget = fit.budget("m_r_am2")
+    assert budget.inputs[0].name == "calibration"
+    assert (
+        pytest.approx(budget.u**2)
+        == dict(zip(budget.covariance.parameters, np.diag(budget.covariance.matrix), strict=True))["m_r_am2"]
+    )
+    assert series.recording().budget_picture("m_r_am2", window="n50").startswith(b"\x89PNG")
     assert series.recording().info().frames == 2
+    second = series.recording().info(first=1, limit=1)
+    assert (second.frames, [shot.frame for shot in second.shots]) == (2, [1])
+    assert series.recording().info(limit=0).shots == series.recording().info(first=9).shots == ()
     assert series.recording().picture(0).startswith(b"\x89PNG")
     assert len(series.recording().points(0, points=50).t_s) <= 50
 

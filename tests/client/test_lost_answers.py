@@ -1,6 +1,7 @@
 """Connections that are cut: nothing happens twice, and nothing is missed in silence."""
 
 import threading
+import time
 
 import pytest
 
@@ -81,6 +82,32 @@ def test_a_stream_of_events_that_is_cut_is_resumed_without_a_gap(lab, proxy, dis
         if len(heard) in (1, 3):
             proxy.cut_now()
     assert heard == [event.id for event in lab.events(job)]
+
+
+def test_a_stream_of_all_events_that_is_cut_before_its_first_one_misses_none(lab, proxy, distant):
+    heard = []
+
+    def listen():
+        for event in distant.events():
+            heard.append(event)
+            if event.what.kind == "job" and event.what.state.final:
+                return
+
+    before = proxy.connections
+    proxy.cut_now()
+    thread = threading.Thread(target=listen)
+    thread.start()
+    while proxy.connections == before:
+        time.sleep(0.01)
+    time.sleep(0.5)  # the head of the answer has arrived
+    assert heard == []
+    proxy.cut = [0] * 20  # for 2 s
+    proxy.cut_now()
+    job = lab.measure("jewel", **SHORT).wait(timeout_s=120)
+    thread.join(timeout=60)
+    assert not thread.is_alive()
+    ids = [event.id for event in lab.events(job)]
+    assert [event.id for event in heard if event.id in ids] == ids
 
 
 def test_events_that_were_dropped_are_an_error(lab, series, monkeypatch):

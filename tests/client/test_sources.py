@@ -3,6 +3,7 @@
 import ast
 import inspect
 import json
+import re
 from importlib import import_module
 
 import pytest
@@ -101,3 +102,14 @@ def test_help_says_of_an_argument_what_it_means_with_unit_and_limits():
     assert "[above 0, at most 1]" in text
     names = list(inspect.signature(Client.measure).parameters)
     assert {"shots", "field_t", "rx_s", "window", "sample"} < set(names)
+
+
+@pytest.mark.parametrize("name", sorted(set(dict(classes("sync"))) - {"Transport"}))
+def test_help_names_every_argument_of_every_method(name):
+    cls = dict(classes("sync"))[name]
+    for method in public(cls):
+        function = getattr(cls, method)
+        if inspect.isfunction(function):
+            text = inspect.getdoc(function) or ""
+            arguments = set(inspect.signature(function).parameters) - {"self", "values"}
+            assert [each for each in arguments if not re.search(rf"\b{each}\b", text)] == [], method

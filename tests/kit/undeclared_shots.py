@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.estimation.calibration.apply import calibrate
@@ -40,16 +41,20 @@ def shots_with(
         rotor = rotor.model_copy(update={"pose": turned})
     rx = int((rx_s or SECONDS[variant]) * CLOCK.rate_hz)
     program = timeline(bench.channels[0], FIELD_T[variant], rx=rx)
-    known = bench.calibration
-    sensitivity, noise, records, truths = np.asarray(known.sensitivity), SeriesNoise(), [], []
+    sensitivity, noise, records, truths = np.asarray(bench.calibration.sensitivity), SeriesNoise(), [], []
     for shot in play(bench.backend, rotor, program, shots=count, lna_gain=40.0):
-        volts = shot.volts.astype(np.float64)
-        done = calibrate(volts, CLOCK.rate_hz, sensitivity, known.frequency_hz, known.frequency_response)
-        span = {"valid_from": done.valid_from, "valid_to": done.valid_to}
-        records.append(RingDownRecord(done.dmdt, CLOCK.rate_hz, "dmdt", **span))
+        records.append(calibrated_record(bench, shot.volts))
         noise.learn(records[-1])
         truths.append(shot.truth)
     names = [f"shot {k}" for k in range(count)]
     return [
         DiagnosisShot(n, r, noise.for_shot(r).model, sensitivity, variant) for n, r in zip(names, records, strict=True)
     ], truths
+
+
+def calibrated_record(bench: Bench, volts: NDArray[np.float32]) -> RingDownRecord:
+    """dm/dt of one shot, (3, n) V."""
+    known = bench.calibration
+    sensitivity = np.asarray(known.sensitivity)
+    done = calibrate(volts.astype(np.float64), CLOCK.rate_hz, sensitivity, known.frequency_hz, known.frequency_response)
+    return RingDownRecord(done.dmdt, CLOCK.rate_hz, "dmdt", valid_from=done.valid_from, valid_to=done.valid_to)

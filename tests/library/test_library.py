@@ -1,6 +1,8 @@
 """The library without a daemon: signals of known truth, own arrays, fits, diagnoses; and each mistake."""
 
+import inspect
 import math
+import re
 
 import h5py
 import numpy as np
@@ -159,3 +161,15 @@ def test_a_signal_that_cannot_be_fitted_says_why(sim):
     with pytest.raises(pd_.InputError, match="refused"):
         refused["f_nat_hz"]
     assert set(RODRIGUES) <= set(sim.truth)
+
+
+def test_help_names_every_argument_of_every_function():
+    for name in pd_.__all__:
+        found = getattr(pd_, name)
+        methods = vars(found) if inspect.isclass(found) else {name: found}
+        for method, function in methods.items():
+            if inspect.isfunction(function) and not method.startswith("_"):
+                text = inspect.getdoc(function) or ""
+                arguments = set(inspect.signature(function).parameters) - {"self"}
+                missing = [each for each in arguments if not re.search(rf"\b{each}\b", text)]
+                assert not missing or "arguments and the errors are those of `" in text, (name, method, missing)

@@ -46,7 +46,7 @@ WATCH = """() => {
       window.seen = newest.dateTime;
       requestAnimationFrame(() => window.late.push(Date.now() - Date.parse(newest.dateTime)));
     }
-  }).observe(document.querySelector('.now'), {childList: true, subtree: true});
+  }).observe(document.querySelector('.now'), {childList: true, subtree: true, attributeFilter: ['datetime']});
 }"""
 PAINT = """() => [performance.getEntriesByName('first-contentful-paint')[0].startTime,
   performance.getEntriesByType('resource').concat(performance.getEntriesByType('navigation'))

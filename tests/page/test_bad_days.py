@@ -5,6 +5,7 @@ import re
 import signal
 from urllib.parse import urlsplit
 
+import httpx2
 import pytest
 from playwright.sync_api import expect
 
@@ -134,6 +135,15 @@ def test_two_people_see_who_has_stopped_and_what_the_other_has_changed(chromium,
         ann.get_by_role("button", name="Start", exact=True).click()
         expect(bob.locator(".now")).to_contain_text("of 5000")
         expect(bob.get_by_role("row", name="ann at 127.0.0.1").first).to_contain_text("start acquisition")
+        asked = {"headers": {"Authorization": f"Bearer {tokens['ann']}"}, "json": SHORT_JEWEL}
+        waiting = httpx2.post(f"{running.address}/acquisitions", **asked).json()["id"]
+        open_view(bob, f"start/edit/{waiting}")
+        bob.locator("#field-shots").fill("7")
+        bob.get_by_role("button", name="Check (dry run)").click()
+        bob.get_by_role("button", name="Change the job").click()
+        expect(bob.get_by_text("Changed: ")).to_be_visible()
+        open_view(ann, "now")
+        expect(ann.get_by_role("row", name="bob at 127.0.0.1").first).to_contain_text("edit acquisition")
         bob.keyboard.press("Escape")
         bob.keyboard.press("Escape")
         expect(bob.locator("#stopped.good")).to_be_visible()

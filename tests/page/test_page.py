@@ -47,7 +47,7 @@ def test_every_view_opens_without_an_error_and_nothing_comes_from_elsewhere(brow
 def test_axe_finds_nothing_and_nothing_overflows(browse, measured, width, scheme):
     page = browse(viewport={"width": width, "height": 900}, color_scheme=scheme).page
     expect(page.locator("#fresh")).to_have_text("live")
-    for view in ("now", "series", "start", "jobs", "devices", f"recordings/{measured}"):
+    for view in (*VIEWS, "specimens/J-01", f"recordings/{measured}"):
         open_view(page, view)
         expect(page.locator("#view .view > *").first).to_be_visible()
         page.wait_for_timeout(300)
@@ -82,6 +82,31 @@ def test_a_shot_is_drawn_with_its_parameters_and_a_zoom_loads_samples(browse, me
     visited.page.locator(".plot").first.focus()
     visited.page.keyboard.press("ArrowRight")
     expect(visited.page.locator(".readout").first).to_contain_text("fit x")
+
+
+def test_a_ramp_shows_where_it_goes_next_and_why_and_the_end(browse, daemon):
+    request = {"kind": "ramp", "acquisition": {"resonator": "thread_imperfect", "sequence": {"rx_s": 1.0}}}
+    job = daemon.post("/procedures", {**request, "start_t": 1.1e-4, "max_t": 1.4e-4}).headers["location"]
+    page = browse().page
+    open_view(page, "ramp")
+    expect(page.locator(".ramp")).to_contain_text(re.compile(r"Next field\s*1[1-4]0\sµT: .*with a chance of"))
+    expect(page.locator(".ramp")).to_contain_text("Threshold, so far")
+    expect(page.locator(".plot canvas")).to_have_count(3)
+    assert finished(daemon, job)["state"] == "done"
+    expect(page.locator(".ramp")).to_contain_text("the highest field that was requested")
+    expect(page.locator(".ramp")).not_to_contain_text("Next field")
+    page.get_by_text("Table: Posterior of the threshold").click()
+    expect(page.get_by_role("table", name="Posterior of the threshold")).to_contain_text("µT")
+
+
+def test_a_metrologist_comes_from_a_specimen_to_its_recordings_and_sees_the_temperature(browse, measured):
+    page = browse().page
+    open_view(page, "specimens/J-01")
+    page.locator(".specimens dd a").click()
+    page.get_by_role("link", name=measured).click()
+    expect(page.get_by_role("table", name="Frames")).to_contain_text("°C")
+    page.get_by_role("link", name="Parameters by shot").click()
+    expect(page.get_by_role("img", name="temperature / °C by shot")).to_be_visible()
 
 
 def test_a_series_is_started_by_keys_alone_after_its_dry_run(browse, daemon):

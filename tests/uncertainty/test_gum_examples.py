@@ -1,4 +1,10 @@
-"""Examples of the GUM and of its supplement 1 by the library's public face, to their printed digits; GTC agrees."""
+"""Examples of the GUM and of its supplement 1 by the library's public face, to their printed digits; GTC agrees.
+
+Inputs and printed digits of H.1 and H.2 (JCGM 100:2008, annex H) were compared with two other programs that quote them:
+GTC (github.com/MSLNZ/GTC, docs/API/GUM_H1.rst, test/test_type_a.py: test_GUM_H2_wo_labels) and suncal
+(github.com/sandialabs/suncal, test/test_examples.py: test_GUMH2, test/test_GUMH2.csv).  Those of 9.2 to 9.4 (JCGM
+101:2008) that are moments or ends of closed distributions are computed here once more from their equations.
+"""
 
 import math
 
@@ -186,3 +192,41 @@ def test_comparison_loss(r, x1):
     assert round(1e6 * pd_.propagate(loss, inputs, between).u) == FIRST_ORDER[x1]
     if not r:
         assert round(1e6 * pd_.propagate(loss, inputs, second_order=True).u) == SECOND_ORDER[x1]
+
+
+def test_digits_of_the_additive_models_follow_from_their_distributions():
+    """9.2: the density of a sum of rectangular inputs is a spline, so that its quantiles are exact."""
+    grid = np.linspace(-24.0, 24.0, 2**18, endpoint=False)
+    step = grid[1] - grid[0]
+    frequency = 2.0 * np.pi * np.fft.fftfreq(len(grid), step)
+
+    def end(widths):
+        spectrum = np.prod([np.sinc(width * frequency / np.pi) for width in widths], axis=0)
+        density = np.fft.fftshift(np.fft.ifft(spectrum).real)
+        return float(np.interp(0.975, np.cumsum(density) / density.sum(), grid))
+
+    assert round(end([UNIT] * 4), 2) == ADDITIVE["9.2.3"][3]
+    assert round(end([UNIT] * 3 + [10 * UNIT]), 1) == ADDITIVE["9.2.4"][3]
+
+
+def test_digits_of_the_weight_follow_from_its_moments():
+    """9.3.2: 1 / rho of a rectangular density has the moments ln(b / a) / (b - a) and 1 / (a b)."""
+    air, variance = 0.1**2 / 3.0, 0.0
+    means = []
+    for low, high in ((7e3, 9e3), (8e3 - 50.0, 8e3 + 50.0)):
+        means.append(math.log(high / low) / (high - low))
+        variance += 1.0 / (low * high) - means[-1] ** 2
+    buoyancy = air * (variance + (means[0] - means[1]) ** 2)  # (rho_a - 1.2) has the mean 0
+    u = math.sqrt(0.050**2 + 0.020**2 + (1e5 + 1.234) ** 2 * buoyancy)
+    assert u == pytest.approx(0.0754, abs=1.0e-4)  # printed of draws: the moments give 0.07548
+
+
+@pytest.mark.parametrize(("r", "x1"), LOSS)
+def test_digits_of_the_comparison_loss_follow_from_its_moments(r, x1):
+    """9.4: mean x1^2 + 2 u^2 and variance 4 u^2 x1^2 + 4 u^4 (1 + r^2) of a sum of two squares of normal inputs."""
+    u = 0.005
+    mean, deviation = x1**2 + 2.0 * u**2, math.sqrt(4.0 * u**2 * x1**2 + 4.0 * u**4 * (1.0 + r**2))
+    assert (round(1e6 * mean, 6), round(1e6 * deviation)) == pytest.approx((LOSS[r, x1][0], LOSS[r, x1][1]), abs=1)
+    if x1 == 0.0 and not r:
+        # The sum over u^2 is chi squared of two degrees of freedom, whose density falls from 0 on.
+        assert round(1e6 * -2.0 * u**2 * math.log(0.05)) == LOSS[r, x1][3]

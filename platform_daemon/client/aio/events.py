@@ -21,11 +21,13 @@ async def follow(
     """See AsyncClient.events.  A stream that is cut off is continued if the daemon is back within PATIENCE_S."""
     last, until_s = after, time.monotonic() + answers.PATIENCE_S
     while True:
-        headers = {} if last is None else {"Last-Event-ID": str(last)}
+        headers, listens = {} if last is None else {"Last-Event-ID": str(last)}, False
         try:
             async with transport.stream("listen", headers, {"kind": tuple(kinds)}) as response:
+                listens = True
+                begins = response.headers.get("Last-Event-ID", "")
+                last = int(begins) if last is None and begins.isdecimal() else last
                 async for sent in httpx2.EventSource(response):
-                    until_s = time.monotonic() + answers.PATIENCE_S
                     event = answers.value_from(sent.data, Event, str(response.request.url))
                     if isinstance(event.what, DroppedEvent) and last != 0:  # 0: all that is kept, and no more
                         raise EventsDropped(event.what.count, event.id)
@@ -35,13 +37,15 @@ async def follow(
                     if job is not None and ends(event, job):
                         return
         except (httpx2.TransportError, Unavailable) as error:
-            if time.monotonic() < until_s:
+            if listens:  # it may have been silent for hours
+                until_s = time.monotonic() + answers.PATIENCE_S
+            elif time.monotonic() < until_s:
                 pass
             elif isinstance(error, Unavailable):
                 raise
             else:
                 raise transport.connection_failed(error, "listen") from None
-        if last is None:  # the gap cannot be known before the number of one event is
+        if last is None and listens:  # a proxy has taken the number away that the stream began after
             raise EventsDropped(None, 0)
         await asyncio.sleep(answers.FIRST_WAIT_S)
 

@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
+from drivers.errors import InputError
 from platform_daemon.client.answers import value_of
 from platform_daemon.client.display import Display, asks_to_stop, display_of
 from platform_daemon.client.errors import JobCancelled, JobEnded, JobFailed, WaitTimeout
@@ -24,6 +25,7 @@ from platform_daemon.core.schemas.fits import FitReport
 from platform_daemon.core.schemas.jobs import Job as JobModel
 from platform_daemon.core.schemas.jobs import JobState
 from platform_daemon.diagnosis.report_schema import DiagnosisReport
+from platform_daemon.features.budget.schema import BudgetReport
 from platform_daemon.features.characterise.schema import CharacterisationReport
 from platform_daemon.features.diagnose.request_schema import AdoptionRequest
 from platform_daemon.features.models.schema import AdoptedModelRecord
@@ -226,6 +228,21 @@ class AsyncFit(AsyncJob[FitReport]):
         """One row for each frame: verdict, value and standard deviation of each parameter."""
         return fits_table(self.result.frames)
 
+    async def budget(self, quantity: str, *, shot: int | None = None, coverage: float = 0.95) -> BudgetReport:
+        """The uncertainty budget of a parameter, by the model and the window of this fit.
+
+        shot: one frame, from 0; None: the mean of the recording.  coverage: probability of the interval value ± U.
+        Raises InputError for a fit with further terms, held parameters or hints.
+        """
+        request = self.view.request
+        if request.terms or request.fixed or request.hints:
+            what, remedy = "the daemon makes budgets of whole models", "adopt the model that it is, and fit that"
+            why = "this fit has further terms, held parameters or hints"
+            raise InputError(what, where=self.id, why=why, remedy=remedy)
+        recording = AsyncRecording(self._transport, request.recording)
+        how: dict[str, Any] = {"window": request.window, "variant": request.variant}
+        return await recording.budget(quantity, shot=shot, coverage=coverage, **how)
+
     async def derived(self) -> DerivedReport:
         """What follows from the fitted parameters, as the quality factors."""
         return await self._transport.get(DerivedReport, "get_derived", identifier=self.id)
@@ -246,7 +263,8 @@ class AsyncDiagnosis(AsyncJob[DiagnosisReport]):
     async def adopt(self, name: str, *, by: str, **values: Any) -> AdoptedModelRecord:
         """Adopt what it names as a model for later fits, NAME@VERSION.
 
-        by: who adopts it; values: effects, free, force of an AdoptionRequest.
+        name: NAME, the daemon counts the versions; by: who adopts it; values: effects, free, force of an
+        AdoptionRequest.
         """
         body = request_from(AdoptionRequest, {"name": name, "by": by, **values}, "adopt")
         return await self._transport.post(AdoptedModelRecord, "adopt_model", body, identifier=self.id)

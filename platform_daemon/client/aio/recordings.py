@@ -18,6 +18,7 @@ from platform_daemon.core.schemas.recordings import DmdtSeries, RecordingInfo, R
 from platform_daemon.features.budget.schema import BudgetReport
 from platform_daemon.features.fit.frame_plot_schema import FramePlot
 from platform_daemon.features.fit.sliding_schema import SlidingReport
+from platform_daemon.features.measurand.schema import MeasurandReport
 
 from .transport import AsyncTransport
 
@@ -38,9 +39,13 @@ class AsyncRecording:
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.id}>"
 
-    async def info(self) -> RecordingInfo:
-        """What it holds: frames, channels, windows, calibration, who measured what and how."""
-        return await self._transport.get(RecordingInfo, "get_recording", identifier=self.id)
+    async def info(self, *, first: int = 0, limit: int | None = None) -> RecordingInfo:
+        """What it holds: frames, channels, windows, calibration, who measured what and how.
+
+        first, limit: describe frames from this one on, from 0, and so many at most; None: all.
+        """
+        query = {"first": first, "limit": limit}
+        return await self._transport.get(RecordingInfo, "get_recording", query, identifier=self.id)
 
     async def samples(
         self, frame: int = 0, *, start_s: float | None = None, stop_s: float | None = None
@@ -60,7 +65,7 @@ class AsyncRecording:
     async def dmdt(self, frame: int = 0, *, start_s: float | None = None, stop_s: float | None = None) -> xr.DataArray:
         """The same as an array with the dimensions (channel, time), unit, and the windows of the shot in `.attrs`.
 
-        Attributes: units, sampling_rate_hz, recording, frame, tx_s, switch_s, rx_s.
+        start_s, stop_s: as of `samples`.  Attributes: units, sampling_rate_hz, recording, frame, tx_s, switch_s, rx_s.
         """
         info = await self.info()
         samples = await self.samples(frame, start_s=start_s, stop_s=stop_s)
@@ -85,17 +90,26 @@ class AsyncRecording:
     async def points(
         self, frame: int = 0, *, points: int = 2000, start_s: float | None = None, stop_s: float | None = None
     ) -> DmdtSeries:
-        """Smallest and largest values of each of so many stretches of a frame, for a plot."""
+        """Smallest and largest values of each of so many stretches of a frame, for a plot.
+
+        points: at most so many values; start_s, stop_s: as of `samples`.
+        """
         query = {"points": points, "start_s": start_s, "stop_s": stop_s}
         return await self._transport.get(DmdtSeries, "get_dmdt", query, identifier=self.id, frame=frame)
 
     async def plot_data(self, frame: int = 0, *, window: Window = "d30", variant: str | None = None) -> FramePlot:
-        """Signal, fit and residual of a frame, as the page draws them."""
+        """Signal, fit and residual of a frame, as the page draws them.
+
+        window: evaluation window, n50, d30 or seconds; variant: the model, declared or adopted, None: the resonator's.
+        """
         query = {"window": window, "variant": variant}
         return await self._transport.get(FramePlot, "get_frame_plot", query, identifier=self.id, frame=frame)
 
     async def picture(self, frame: int = 0, *, window: Window = "d30", variant: str | None = None) -> bytes:
-        """Signal, fit and residual of a frame as a PNG."""
+        """Signal, fit and residual of a frame as a PNG.
+
+        window: evaluation window, n50, d30 or seconds; variant: the model, declared or adopted, None: the resonator's.
+        """
         query = {"window": window, "variant": variant}
         return (await self._transport.send("draw_frame", query=query, identifier=self.id, frame=frame)).content
 
@@ -114,10 +128,35 @@ class AsyncRecording:
     ) -> BudgetReport:
         """The uncertainty budget of a parameter: what each influence contributes, and what is not declared.
 
-        shot: one frame, from 0; None: the mean of the series.  coverage: probability of the interval value ± U.
+        quantity: public name of the parameter, as m_r_am2.  shot: one frame, from 0; None: the mean of the series.
+        coverage: probability of the interval value ± U, above 0 and below 1.  window: n50, d30 or seconds; variant: the
+        model, declared or adopted, None: the resonator's.
         """
         query = {"quantity": quantity, "shot": shot, "coverage": coverage, "window": window, "variant": variant}
         return await self._transport.get(BudgetReport, "get_budget", query, identifier=self.id)
+
+    async def budget_picture(
+        self,
+        quantity: str = "f_nat_hz",
+        *,
+        shot: int | None = None,
+        coverage: float = 0.95,
+        window: Window = "d30",
+        variant: str | None = None,
+    ) -> bytes:
+        """The same as a PNG: a bar for each contribution, the largest on top."""
+        query = {"quantity": quantity, "shot": shot, "coverage": coverage, "window": window, "variant": variant}
+        return (await self._transport.send("draw_budget", query=query, identifier=self.id)).content
+
+    async def measurand(
+        self, calibration: str | None = None, *, coverage: float = 0.95, extrapolate: bool = False
+    ) -> MeasurandReport:
+        """The recording as readings of a sensor: value and expanded uncertainty of every shot and of their mean.
+
+        calibration: KEY or KEY@VERSION; None: the newest of the specimen.  extrapolate: read outside of its range, too.
+        """
+        query = {"calibration": calibration, "coverage": coverage, "extrapolate": extrapolate}
+        return await self._transport.get(MeasurandReport, "read_measurand", query, identifier=self.id)
 
     async def sliding(
         self, frame: int = 0, *, window_s: float | None = None, step_s: float | None = None, variant: str | None = None
@@ -179,7 +218,11 @@ class AsyncRecordings:
         verdict: str | None = None,
         tag: str | None = None,
     ) -> AsyncIterator[RecordingSummary]:
-        """The recordings that are so, oldest name first; since, until: ISO 8601; None: any."""
+        """The recordings that are so, oldest name first; None: any.
+
+        specimen, sample, resonator, operator: as they were named at the measurement; since, until: ISO 8601; verdict:
+        refused (with a refused shot) or good (without one); tag: a word of the comment after #.
+        """
         query: dict[str, Any] = {"specimen": specimen, "sample": sample, "resonator": resonator, "operator": operator}
         query |= {"since": since, "until": until, "verdict": verdict, "tag": tag}
         async for each in self._transport.items(RecordingSummary, "list_recordings", query):

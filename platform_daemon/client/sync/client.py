@@ -40,6 +40,7 @@ from platform_daemon.features.design.schema import DefectsReport, DefectsRequest
 from platform_daemon.features.diagnose.request_schema import DiagnosisRequest
 from platform_daemon.features.fit.prediction_schema import PredictionReport
 from platform_daemon.features.fit.request_schema import PredictionRequest, RecordingFitRequest
+from platform_daemon.features.measurand.schema import MeasurandCalibration
 from platform_daemon.features.models.schema import AdoptedModelRecord
 from platform_daemon.features.procedures.schema import ProcedureSummary
 from platform_daemon.features.ramp.schema import RampRequest
@@ -106,10 +107,7 @@ class Client:
 
     @takes(AcquisitionRequest)
     def measure(self, resonator: str, *, idempotency_key: str | None = None, **values: Any) -> Acquisition:
-        """Measure a series of shots on a resonator, and fit each.
-
-        idempotency_key: a call that is repeated with it returns the first job; None: a new one.
-        """
+        """Measure a series of shots on a resonator, and fit each."""
         body = request_from(AcquisitionRequest, {"resonator": resonator, **values}, "measure")
         return cast(Acquisition, self._start("acquisition", body, idempotency_key))
 
@@ -159,7 +157,10 @@ class Client:
         return cast(SelfTest, self._start("self_test", body, idempotency_key))
 
     def start_procedure(self, request: BaseModel, *, idempotency_key: str | None = None) -> Procedure:
-        """Start a procedure from its request, a SweepRequest, TuneRequest, RampRequest or CharacteriseRequest."""
+        """Start a procedure from its request, a SweepRequest, TuneRequest, RampRequest or CharacteriseRequest.
+
+        idempotency_key: a call that is repeated with it returns the first job; None: a new one.
+        """
         return cast(Procedure, self._start("procedure", request, idempotency_key))
 
     @takes(AcquisitionRequest)
@@ -169,7 +170,10 @@ class Client:
         return self._transport.post(AcquisitionSummary, "dry_run", body)
 
     def dry_run_procedure(self, kind: str, resonator: str, **values: Any) -> ProcedureSummary:
-        """The same for a procedure; kind: sweep, tune, ramp or characterise."""
+        """The same for a procedure.
+
+        kind: sweep, tune, ramp or characterise; resonator and values: the arguments of the method of that name.
+        """
         body = procedure_request(kind, {"resonator": resonator, **values})
         return self._transport.post(ProcedureSummary, "dry_run_procedure", body)
 
@@ -199,7 +203,10 @@ class Client:
         return cast(Characterisation, self._start("characterisation", body, idempotency_key))
 
     def adopt(self, diagnosis: Diagnosis | str, name: str, *, by: str, **values: Any) -> AdoptedModelRecord:
-        """Adopt what a diagnosis names as a model for later fits; by: who adopts it; see Diagnosis.adopt."""
+        """Adopt what a diagnosis names as a model for later fits.
+
+        diagnosis: its job, or the id of it; name, by and values: as of Diagnosis.adopt.
+        """
         job = self.job(diagnosis) if isinstance(diagnosis, str) else diagnosis
         return cast(Diagnosis, job).adopt(name, by=by, **values)
 
@@ -213,7 +220,7 @@ class Client:
     # Jobs there are
 
     def job(self, identifier: str) -> Job[Any]:
-        """The job of that id.  Raises NotFound, InputError for an id of no kind of job."""
+        """The job with the id `identifier`.  Raises NotFound, InputError for an id of no kind of job."""
         kind = identifier.partition("-")[0]
         view = self._transport.get(job_type(kind), f"get_{kind}", identifier=identifier)
         return job_of(self._transport, view)
@@ -314,6 +321,14 @@ class Client:
     def changes(self) -> Iterator[AuditEntry]:
         """Who changed, started and stopped what, newest first."""
         yield from self._transport.items(AuditEntry, "list_changes")
+
+    def measurands(self) -> Iterator[MeasurandCalibration]:
+        """Calibrations of resonators that are sensors, every version."""
+        yield from self._transport.items(MeasurandCalibration, "list_measurands")
+
+    def measurand(self, name: str) -> MeasurandCalibration:
+        """A calibration by KEY or KEY@VERSION."""
+        return self._transport.get(MeasurandCalibration, "get_measurand", name=name)
 
     def alarms(self) -> Iterator[Alarm]:
         """The alarms that are active."""

@@ -93,7 +93,7 @@ class Schedules:
         return self._transport.post(Schedule, "add_schedule", _schedule_request(name, values))
 
     def preview(self, name: str = "preview", *, count: int | None = None, **values: Any) -> SchedulePreview:
-        """When a schedule with these values, see `add`, would start; count: how many instants."""
+        """When a schedule with this name and these values, see `add`, would start; count: how many instants."""
         body = _schedule_request(name, values)
         return self._transport.post(SchedulePreview, "preview_schedule", body, {"count": count})
 
@@ -119,23 +119,31 @@ class SpecimenHandle:
         """What is known of it: recordings, resonators, calibrations, models, changes.  Raises NotFound."""
         return self._transport.get(SpecimenPage, "get_specimen", specimen=self.name)
 
-    def trend(self, *, since: str | None = None, until: str | None = None, step: str | None = None) -> TrendReport:
+    def trend(
+        self,
+        *,
+        since: str | None = None,
+        until: str | None = None,
+        step: str | None = None,
+        newest: int | None = None,
+    ) -> TrendReport:
         """Its quantities over time, and the changes in them.
 
-        since, until: ISO 8601, None: all; step: number or name of a step of procedures, None: the last one.
+        since, until: ISO 8601, None: all; step: number or name of a step of procedures, None: the last one; newest: so
+        many points at most, None: all.
         """
-        query = {"since": since, "until": until, "step": step}
+        query = {"since": since, "until": until, "step": step, "newest": newest}
         return self._transport.get(TrendReport, "get_trend", query, specimen=self.name)
 
     def trend_table(self, *, since: str | None = None, until: str | None = None, step: str | None = None) -> str:
-        """The same as a table in CSV."""
+        """The same as a table in CSV; since, until, step: as of `trend`."""
         query = {"since": since, "until": until, "step": step}
         return (self._transport.send("get_trend_table", query=query, specimen=self.name)).text
 
     def trend_picture(
         self, path: str | Path | None = None, *, since: str | None = None, step: str | None = None
     ) -> bytes:
-        """The same as a PNG, also written to `path`."""
+        """The same as a PNG, also written to `path`; since, step: as of `trend`."""
         query = {"since": since, "step": step}
         picture = (self._transport.send("get_trend_picture", query=query, specimen=self.name)).content
         if path is not None:
@@ -143,7 +151,10 @@ class SpecimenHandle:
         return picture
 
     def accept(self, *, by: str, reason: str, since: str | None = None) -> Baseline:
-        """Take what it is now as normal: changes before `since` (ISO 8601; None: now) raise no alarm any more."""
+        """Take what it is now as normal: changes before `since` (ISO 8601; None: now) raise no alarm any more.
+
+        by: who does; reason: why, both for the record.
+        """
         values = {"by": by, "reason": reason, **({} if since is None else {"since": since})}
         body = request_from(BaselineRequest, values, "accept")
         return self._transport.post(Baseline, "accept_specimen", body, specimen=self.name)
@@ -174,16 +185,16 @@ class Resonators:
         yield from self._transport.items(ResonatorInfo, "list_resonators")
 
     def get(self, name: str) -> Specimen:
-        """What is declared of one.  Raises NotFound."""
+        """What is declared of the one of that name.  Raises NotFound."""
         return self._transport.get(Specimen, "get_resonator", name=name)
 
     def add(self, name: str, specimen: Specimen | Mapping[str, Any]) -> CatalogueEntry:
-        """Add one, as `get` returns them.  Raises Conflict if the name is taken."""
+        """Add one; specimen: as `get` returns them, or its keys.  Raises Conflict if the name is taken."""
         body = specimen if isinstance(specimen, Specimen) else request_from(Specimen, specimen, "resonators.add")
         return self._transport.post(CatalogueEntry, "add_resonator", body, {"name": name})
 
     def design(self, name: str) -> DesignReport:
-        """What the design equations of the paper say of one."""
+        """What the design equations of the paper say of the one of that name."""
         return self._transport.get(DesignReport, "get_design", name=name)
 
 
@@ -198,7 +209,7 @@ class Sequences:
         yield from self._transport.items(SequenceInfo, "list_sequences")
 
     def get(self, name: str) -> SequencePatch:
-        """The keys of one.  Raises NotFound."""
+        """The keys of the one of that name.  Raises NotFound."""
         return self._transport.get(SequencePatch, "get_sequence", name=name)
 
     def add(self, name: str, **values: Any) -> CatalogueEntry:
@@ -218,10 +229,13 @@ class Models:
         yield from self._transport.items(AdoptedModelSummary, "list_models")
 
     def get(self, name: str) -> AdoptedModelReport:
-        """One, by NAME (its newest version) or NAME@VERSION.  Raises NotFound."""
+        """One; name: NAME (its newest version) or NAME@VERSION.  Raises NotFound."""
         return self._transport.get(AdoptedModelReport, "get_model", name=name)
 
     def retire(self, name: str, *, reason: str, by: str = "") -> AdoptedModelSummary:
-        """Take a version out of use; earlier results keep it."""
+        """Take a version out of use; earlier results keep it.
+
+        name: NAME@VERSION; reason: why, for the record; by: who.
+        """
         body = request_from(RetirementRequest, {"reason": reason, "by": by}, "retire")
         return self._transport.post(AdoptedModelSummary, "retire_model", body, name=name)

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import httpx2
 from pydantic import BaseModel
 
+from drivers.errors import InputError
 from platform_daemon.client import answers
 from platform_daemon.client.errors import ConnectionFailed
 from platform_daemon.client.operations import Operation, operations
@@ -69,6 +70,7 @@ class Transport:
 
         key: idempotency key, with which a POST is such a request.
         """
+        self._check_open()
         if operation != "stop":  # which is never held up
             self.check_daemon()
         found = self._operations[operation]
@@ -89,6 +91,7 @@ class Transport:
 
     def check_daemon(self) -> None:
         """Once: is there a daemon of this version?  Raises ConnectionFailed, NotADaemon, VersionMismatch."""
+        self._check_open()
         if self._checked:
             return
         health = self._operations["get_health"]
@@ -98,6 +101,12 @@ class Transport:
             raise answers.connection_failed(error, self.url, health, key=None) from None
         answers.check_version(response)
         self._checked = True
+
+    def _check_open(self) -> None:
+        """Raises InputError."""
+        if self._http.is_closed:
+            remedy = "use it, and its jobs and recordings, inside of `with Client() as lab:`, or open another one"
+            raise InputError("the client is closed", where="Client", remedy=remedy)
 
     @contextmanager
     def stream(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .hdf5 import Hdf5File, open_hdf5
-from .time_column import even_stretch, fault_of
+from .time_column import even_stretch, fault_of, order_of
 from .unit_conversion import conversion
 
 _TIME, _SIGNAL = "/time", "/signal"
@@ -57,6 +57,9 @@ def read_angles(path: Path) -> AngleSeries:
         if bad.size:
             what = f"holds {bad.size} values that are not finite, the first at sample {bad[0]}"
             raise source.defect(what, _TIME, "seconds", "correct the time column")
+        sorting = order_of(time_s)
+        if sorting is not None:
+            time_s, angle_rad = time_s[sorting[0]], angle_rad[sorting[0]]
         fault = fault_of(time_s)
         if fault is not None:
             raise source.defect(fault[0], _TIME, "times that rise by one even step", fault[1])
@@ -65,7 +68,8 @@ def read_angles(path: Path) -> AngleSeries:
             what = f"is uneven: no {_FEWEST} samples in a row have the same step"
             raise source.defect(what, _TIME, "an even clock", "resample the data with a method of your choice")
         _refuse_turns(source, angle_rad)
-    return AngleSeries(path, angle_rad[None, first:last], 1.0 / step_s, clock)
+    told = clock if sorting is None else (sorting[1], *clock)
+    return AngleSeries(path, angle_rad[None, first:last], 1.0 / step_s, told)
 
 
 def _time(source: Hdf5File) -> NDArray[np.float64]:

@@ -15,7 +15,7 @@ from drivers.errors import InputError, RecordingError
 from .angle_series import AngleSeries, turns_of
 from .checks import check_calibration
 from .recording import FrameInfo, Recording, SequenceInfo
-from .time_column import even_stretch, fault_of
+from .time_column import even_stretch, fault_of, order_of
 
 Quantity = Literal["dmdt", "voltage", "angle"]
 FEWEST = 64
@@ -62,7 +62,7 @@ def signal_of(
     """A signal over time, which begins when the excitation has ended.
 
     Args:
-        time_s: (n,) s, with an even step.
+        time_s: (n,) s, with an even step; samples whose stamps are shuffled are sorted, and a note says so.
         samples: in SI: dm/dt in A m^2/s on the world axes (3, n), voltages in V (channels, n), both also (frames, ..,
             n), or an angle in rad (n,).
         quantity: what the samples are.
@@ -76,7 +76,11 @@ def signal_of(
     if quantity not in _SHAPES:
         raise InputError(f"no quantity {quantity!r}", where=where, remedy=f"one of: {', '.join(_SHAPES)}")
     values = _shaped(samples, quantity, where)
-    rate_hz = _rate_hz(time_s, values.shape[-1], where)
+    time = np.asarray(time_s, dtype=np.float64)
+    sorting = order_of(time) if time.shape == values.shape[-1:] else None
+    if sorting is not None:
+        time, values = time[sorting[0]], values[..., sorting[0]]
+    rate_hz = _rate_hz(time, values.shape[-1], where)
     bad = np.argwhere(~np.isfinite(values))
     if len(bad):
         what = f"{len(bad)} samples are no finite numbers, the first at {tuple(bad[0].tolist())}"
@@ -86,7 +90,7 @@ def signal_of(
         if turned:
             remedy = "convert degrees to radians, or say unit='deg'; cut off what turns over"
             raise InputError(f"the angle {turned}", where=where, why="these may be degrees", remedy=remedy)
-        return AngleSeries(Path(where), values, rate_hz, ())
+        return AngleSeries(Path(where), values, rate_hz, () if sorting is None else (sorting[1],))
     calibration = None
     if quantity == "dmdt":  # u = -P dm/dt with P = 1
         values, sensitivity = -values, np.eye(3)
@@ -96,7 +100,10 @@ def signal_of(
     frames, channels, n = values.shape
     sequence = SequenceInfo(rate_hz, 1, 0, 0, n)
     info = tuple(FrameInfo(k + 1, n) for k in range(frames))
-    return ArrayRecording(Path(where), sequence, frames, channels, info, calibration, variant, volts=values)
+    told = "" if sorting is None else sorting[1]
+    return ArrayRecording(
+        Path(where), sequence, frames, channels, info, calibration, variant, other_layout=told, volts=values
+    )
 
 
 def _shaped(samples: ArrayLike, quantity: str, where: str) -> NDArray[np.float64]:
@@ -121,9 +128,8 @@ def _shaped(samples: ArrayLike, quantity: str, where: str) -> NDArray[np.float64
     return np.ascontiguousarray(rows)
 
 
-def _rate_hz(time_s: ArrayLike, samples: int, where: str) -> float:
+def _rate_hz(time: NDArray[np.float64], samples: int, where: str) -> float:
     """Sampling rate, Hz.  Raises InputError for a time that does not go on in even steps, one for each sample."""
-    time = np.asarray(time_s, dtype=np.float64)
     if time.shape != (samples,):
         remedy = "give one time for each sample, in s"
         raise InputError(f"time has the shape {time.shape}, not ({samples},)", where=where, remedy=remedy)

@@ -18,7 +18,7 @@ from .recovery import recover
 
 _NAMES = (
     *("recordings", "fits", "diagnoses", "characterisations", "procedures", "models", "calibrations"),
-    *("resonators", "sequences", "presets"),
+    *("resonators", "sequences", "presets", "measurands"),
 )
 EVENTS, SEEN, MOUNTED, SCHEDULES = "events.db", "alarms.seen", "mounted.json", "schedules.db"
 
@@ -38,6 +38,7 @@ class DataFolder:
     procedures: Path
     models: Path
     calibrations: Path
+    measurands: Path
     resonators: Path
     sequences: Path
     presets: Path

@@ -16,8 +16,14 @@ from platform_daemon.core.schemas.recordings import (
 from .recording import Excitation, Recording
 
 
-def describe(recording: Recording) -> RecordingInfo:
-    """Summary of a recording; None where the file does not say.  Reads no volts."""
+def describe(recording: Recording, listed: range | None = None) -> RecordingInfo:
+    """Summary of a recording; None where the file does not say.  Reads no volts.
+
+    listed: frames that are described each for itself, as far as there are that many; None: all.
+    """
+    frames = range(recording.frames)
+    if listed is not None:
+        frames = frames[listed.start : listed.stop]
     p, s = recording.provenance, recording.sequence
 
     def window(samples: int) -> WindowLength:
@@ -49,7 +55,7 @@ def describe(recording: Recording) -> RecordingInfo:
         software_version=p.software_version if p else None,
         fits=tuple(recording.fits),
         value_sources=(p.value_sources or None) if p else None,
-        shots=tuple(_shot(recording, k) for k in range(recording.frames)) if p else (),
+        shots=tuple(_shot(recording, k) for k in frames) if p else (),
     )
 
 

@@ -158,7 +158,7 @@ class Recording:
     calibration None: only voltage-domain work is possible; variant None: the caller must name it; provenance None: not
     one of our own files; fits: names under `/fit`; lna_gain: at which it was recorded, V/V, None: not said; counts: the
     samples are integers of a converter, and whatever is in V here is in counts; other_layout: what a reader must know
-    of a layout that this version does not know, "": it knows it, or the file is from elsewhere.
+    of a layout that this version does not know, or of times that were sorted; "": nothing.
     """
 
     path: Path

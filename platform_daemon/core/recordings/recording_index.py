@@ -11,6 +11,7 @@ import json
 import os
 import sqlite3
 import tempfile
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -216,12 +217,21 @@ class RecordingIndex:
     def recordings(self, specimen: str, since: str = "", until: str = "\uffff") -> Sequence[IndexedRecording]:
         """Recordings of a specimen with fits, oldest first; between two times, ISO 8601 in UTC."""
         query = (
-            f"SELECT {_COLUMNS} FROM recordings"
+            "SELECT {} FROM recordings"
             " WHERE specimen = ? AND fit IS NOT NULL AND begun >= ? AND begun <= ? ORDER BY begun, identifier"
         )
-        found = self._all_rows(query, (specimen, since, until))
+        values = (specimen, since, until)
+        found = self._all_rows(query.format(_COLUMNS), values)
+        tags: dict[str, set[str]] = defaultdict(set)
+        points: dict[str, list[IndexedPoint]] = defaultdict(list)
+        among = f"recording IN ({query.format('identifier')})"
+        for name, tag in self._file.rows(f"SELECT recording, tag FROM tags WHERE {among}", values):
+            tags[name].add(tag)
+        of_all = f"SELECT recording, at, shots, temperature, field, fitted FROM points WHERE {among} ORDER BY number"
+        for name, at, n, warm, field_t, text in self._file.rows(of_all, values):
+            points[name].append(IndexedPoint(at, n, warm, field_t, json.loads(text)))
         made = [IndexedRecording(*row) for row in found]
-        return [replace(m, tags=self._tags(m.identifier), points=self._points(m.identifier)) for m in made]
+        return [replace(m, tags=frozenset(tags[m.identifier]), points=points[m.identifier]) for m in made]
 
     def summaries(self, identifiers: Sequence[str]) -> dict[str, IndexedSummary]:
         """What a list says of these recordings, by id, without those that are not in the index or cannot be read."""
@@ -244,18 +254,14 @@ class RecordingIndex:
         )
         return [row[0] for row in reversed(self._all_rows(query, (specimen, count)))]
 
-    def _tags(self, recording: str) -> frozenset[str]:
-        return frozenset(row[0] for row in self._file.rows("SELECT tag FROM tags WHERE recording = ?", (recording,)))
-
     def files(self) -> Sequence[tuple[str, int, str, str, frozenset[str]]]:
         """File, bytes, begin, specimen and tags of every recording that can be read, oldest first."""
         query = "SELECT file, size, begun, specimen, identifier FROM recordings WHERE begun IS NOT NULL ORDER BY begun"
-        return [(*row[:4], self._tags(row[4])) for row in self._all_rows(query)]
-
-    def _points(self, recording: str) -> Sequence[IndexedPoint]:
-        query = "SELECT at, shots, temperature, field, fitted FROM points WHERE recording = ? ORDER BY number"
-        found = self._file.rows(query, (recording,))
-        return [IndexedPoint(at, n, warm, field_t, json.loads(text)) for at, n, warm, field_t, text in found]
+        found = self._all_rows(query)
+        tags: dict[str, set[str]] = defaultdict(set)
+        for name, tag in self._file.rows("SELECT recording, tag FROM tags"):
+            tags[name].add(tag)
+        return [(*row[:4], frozenset(tags[row[4]])) for row in found]
 
     def shots(self, recording: str) -> Sequence[IndexedShot]:
         """Shots of one recording, by its id."""

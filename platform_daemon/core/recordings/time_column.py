@@ -10,6 +10,27 @@ _UNEVEN = 0.25  # of a step: a step that differs more is a gap
 _RATE = 16  # uneven steps in a row that are alike: no hole, but another sampling rate
 _ALIKE = 0.8  # of them
 _LISTED = 4  # gaps that are listed one by one
+_SWAPPED = (
+    16  # samples: stamps that are off by at most so many places are in disorder, and those further off, another run
+)
+
+
+def order_of(time_s: Times) -> tuple[NDArray[np.intp], str] | None:
+    """(order that sorts samples with shuffled stamps, what was done in words); None: there is nothing to sort.
+
+    Shuffled are samples of which each has a stamp of its own and that are in order but for a few places, as a phone
+    writes them, or in no order at all.  A clock that starts again or counts down is not.
+    """
+    backwards = np.count_nonzero(np.diff(time_s) < 0.0)
+    if not backwards or not np.isfinite(time_s).all():
+        return None
+    order = np.argsort(time_s, kind="stable")
+    moved = np.abs(order - np.arange(time_s.size))
+    in_no_order = time_s.size / 4 < backwards < 0.9 * time_s.size
+    steps = np.diff(time_s[order])
+    if not (in_no_order or moved.max() <= _SWAPPED) or steps.min() < (1.0 - _UNEVEN) * float(np.median(steps)):
+        return None
+    return order, f"the times of {np.count_nonzero(moved)} samples were out of order; the samples were sorted by time"
 
 
 def fault_of(time_s: Times) -> tuple[str, str] | None:

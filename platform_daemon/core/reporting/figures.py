@@ -1,9 +1,11 @@
-"""Figures: colours that the colour-blind tell apart, and PNG."""
+"""Figures: colours that the colour-blind tell apart, and PNG, SVG and PDF."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from io import BytesIO
 from pathlib import Path
+from typing import Any, Literal
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -23,13 +25,38 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 def png_of(figure: Figure, dpi: int) -> bytes:
     """A figure as the bytes of a PNG file; text in it as `encodable`: titles name files."""
+    return _saved(figure, format="png", dpi=dpi)
+
+
+def vector_of(figure: Figure, file_format: Literal["svg", "pdf"]) -> bytes:
+    """A figure as the bytes of an SVG or PDF file, without the time at which it was made."""
+    return _saved(figure, format=file_format, metadata={"Date" if file_format == "svg" else "CreationDate": None})
+
+
+def document_of(figures: Iterable[Figure], title: str) -> bytes:
+    """A PDF with a page for each figure."""
+    from matplotlib.backends.backend_pdf import PdfPages
+
+    buffer = BytesIO()
+    with PdfPages(buffer, metadata={"Title": title, "CreationDate": None}) as document:
+        for figure in figures:
+            _make_encodable(figure)
+            document.savefig(figure)
+    return buffer.getvalue()
+
+
+def _saved(figure: Figure, **options: Any) -> bytes:
+    _make_encodable(figure)
+    buffer = BytesIO()
+    figure.savefig(buffer, **options)
+    return buffer.getvalue()
+
+
+def _make_encodable(figure: Figure) -> None:
     for text in figure.findobj(Text):
         assert isinstance(text, Text)
         if (shown := encodable(text.get_text())) != text.get_text():
             text.set_text(shown)
-    buffer = BytesIO()
-    figure.savefig(buffer, dpi=dpi, format="png")
-    return buffer.getvalue()
 
 
 def as_written(name: str) -> str:

@@ -203,7 +203,7 @@ class RecordingInfo(Schema):
     """Where the values of the sequence come from, of a procedure those of its last step; missing: the file does not
     say."""
     shots: tuple[FrameDescription, ...]
-    """Frame by frame; empty for a file from elsewhere."""
+    """Frame by frame, by REST those that were asked for; empty for a file from elsewhere."""
     links: Absent[RecordingLinks] = None
     """Where its parts are, by REST; missing on the command line."""
 

@@ -48,6 +48,11 @@ class EventTail:
         """Are there as many listeners as may be?"""
         return self._listeners >= MOST_LISTENERS
 
+    def newest(self) -> int:
+        """Number of the newest event.  Raises StorageError."""
+        self._reader = self._reader or EventReader(self._path)
+        return self._reader.newest()
+
     def close(self) -> None:
         """End the streams of all listeners; from any thread.  Idempotent."""
         self._ended = True

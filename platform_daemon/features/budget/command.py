@@ -23,12 +23,14 @@ from platform_daemon.core.command_line.output import must_not_exist, say_note, w
 from platform_daemon.core.command_line.request_options import option_groups
 from platform_daemon.features.models.options import variant_named
 
+_ALL = "all"
+
 
 @option_groups
 def budget(
     *,
     file: Annotated[Path, typer.Argument(help="Recording.")],
-    quantity: Annotated[str | None, typer.Option(help="Parameter, as f_nat_hz; default: all.")] = None,
+    quantity: Annotated[str, typer.Option(help="Parameter, as m_r_am2; all: every one.")] = "f_nat_hz",
     shot: Annotated[int | None, typer.Option(min=0, help="One frame, from 0; default: see --series.")] = None,
     series: Annotated[
         bool, typer.Option("--series", help="The mean of all shots; default where there are two.")
@@ -55,9 +57,9 @@ def budget(
     from platform_daemon.features.fit.measurement import open_for_fit
 
     from .declared import declared_by
-    from .report import budget_text
+    from .report import budget_text, off_centre_line
     from .work import budgets_of, monte_carlo_of
-    from .written import budget_report, budgets_report
+    from .written import budget_report, budgets_report, one_report
 
     if shot is not None and series:
         raise InputError("a shot and the series exclude each other", where="--shot", remedy="give one of the two")
@@ -72,10 +74,11 @@ def budget(
     say_note(measurement.path, measurement.other_layout)
     compile_fit()
     found = budgets_of(measurement, ask, shot, series=series, declared=declared, coverage=coverage)
-    chosen = found.budgets if quantity is None else (found.of(quantity),)
-    told = [budget_report(each, None if draws is None else monte_carlo_of(each, trials)) for each in chosen]
+    chosen = found.budgets if quantity == _ALL else (found.of(quantity),)
+    drawn = [None if draws is None else monte_carlo_of(each, trials) for each in chosen]
+    told = [budget_report(each, by_draws) for each, by_draws in zip(chosen, drawn, strict=True)]
     everything = budgets_report(found, str(file)).model_copy(update={"budgets": tuple(told)})
-    write_json(result.json_file, everything if quantity is None else told[0])
+    write_json(result.json_file, everything if quantity == _ALL else one_report(found, quantity, drawn[0]))
     write_csv(
         result.csv_file, ({"quantity": each.quantity, **line.model_dump()} for each in told for line in each.inputs)
     )
@@ -88,7 +91,9 @@ def budget(
     print(f"{file}: {shots}{at}")
     for each in told:
         print(budget_text(each))
-    if quantity is None and everything.direction is not None:
+    if everything.off_centre is not None:
+        print(off_centre_line(everything.off_centre))
+    if quantity == _ALL and everything.direction is not None:
         cone = math.degrees(everything.direction.cone_rad)
         print(f"direction of the rotor: within a cone of {cone:.2g} degrees ({coverage:.0%})")
 

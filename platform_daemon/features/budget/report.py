@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from platform_daemon.core.reporting.figures import COLOURS, new_figure
+from platform_daemon.core.reporting.figures import COLOURS, new_figure, png_of
 from platform_daemon.core.reporting.tables import Column, tables_text
 from platform_daemon.core.schemas.parameters import definition_of
 
-from .schema import BudgetReport
+from .schema import BudgetReport, OffCentreReport
 
+_MANY = 1e6  # degrees of freedom, whose k is that of infinitely many in all digits that are printed
 _SHOWN = 1e-2  # of the combined standard uncertainty: smaller contributions are summed up in words
 
 
@@ -18,7 +19,7 @@ def budget_text(report: BudgetReport) -> str:
     shown = [line for line in report.inputs if line.contribution >= _SHOWN * report.u]
     unit = definition_of(report.quantity).unit
     unit = "" if unit == "1" else f" {unit}"
-    dof = "infinitely many" if report.dof is None else f"{report.dof:.1f}"
+    dof = "infinitely many" if report.dof is None or report.dof > _MANY else f"{report.dof:.1f}"
     result = f"{report.quantity} = {report.value:.10g}{unit}, U = {report.U:.2g}{unit} (k = {report.k:.2f}, "
     result += f"{report.coverage:.0%}); u = {report.u:.2g}{unit}, effective degrees of freedom: {dof}"
     columns: list[Column] = [
@@ -39,6 +40,17 @@ def budget_text(report: BudgetReport) -> str:
     return "\n".join(lines)
 
 
+def off_centre_line(found: OffCentreReport) -> str:
+    """What the test says."""
+    distance = "" if found.distance_m is None else f"{1e3 * found.distance_m:.2g} mm"
+    if found.seen:
+        return (
+            f"off centre: the rotor stands about {distance} from the centre of the coils "
+            f"(p = {found.probability:.1g}); mount it in the centre, or calibrate where it stands"
+        )
+    return f"off centre: not seen (p = {found.probability:.2g})"
+
+
 def monte_carlo_line(report: BudgetReport) -> str:
     """What the draws say of the law of propagation."""
     drawn = report.monte_carlo
@@ -49,6 +61,11 @@ def monte_carlo_line(report: BudgetReport) -> str:
         f"Monte Carlo, {drawn.trials} draws: {drawn.low:.10g} to {drawn.high:.10g}; the law of propagation {holds} "
         f"within {drawn.tolerance:.1g}{sure}"
     )
+
+
+def budget_png(report: BudgetReport) -> bytes:
+    """The picture as PNG."""
+    return png_of(draw_budget(report), 110)
 
 
 def draw_budget(report: BudgetReport) -> Figure:

@@ -31,6 +31,8 @@ class Response:
         odd, even: (3, n) the fitted dm/dt of odd and of even harmonics, as block means; slope: (3, n) its derivative
             per s.
         gains: (m, 3, n) d(parameter) / d(sample).
+        left: (3, n) what the fit leaves over, in standard deviations of its noise; rows: (k, 3, n) the fit's Jacobian
+            over the same, scaled to columns of length 1; noise: (3,) these standard deviations.
     """
 
     names: tuple[str, ...]
@@ -38,6 +40,16 @@ class Response:
     even: Array
     slope: Array
     gains: Array
+    left: Array
+    rows: Array
+    noise: Array
+
+    def beyond(self, change: Array) -> Array:
+        """What no parameter of the fit follows of a change (3, n) of the data, in standard deviations of the noise."""
+        scaled = (change / self.noise[:, None]).ravel()
+        rows = self.rows.reshape(len(self.rows), -1)
+        coefficients = np.linalg.lstsq(rows @ rows.T, rows @ scaled, rcond=None)[0]
+        return np.asarray((scaled - coefficients @ rows).reshape(change.shape))
 
     def of(self, change: Array) -> Array:
         """Change of the parameters, (m,), for a change (3, n) of the data."""
@@ -79,7 +91,21 @@ def response_of(fit: FitResult, record: RingDownRecord) -> Response:
     scale = np.linalg.norm(rows, axis=1)  # columns of one size: the parameters have units
     inverse = np.linalg.pinv((rows / scale[:, None]).T).reshape(len(rows), len(noise), blocks)
     per_sample = np.tensordot(published[:, free] / scale, inverse, 1) / noise[:, None]
-    return Response(tuple(names), means(odd), means(even), means(slope), per_sample)
+    own = means(left)
+    deviations = own.std(axis=1)
+    scaled_rows = (rows * noise.repeat(blocks) / deviations.repeat(blocks) / scale[:, None]).reshape(
+        len(rows), len(noise), blocks
+    )
+    return Response(
+        tuple(names),
+        means(odd),
+        means(even),
+        means(slope),
+        per_sample,
+        own / deviations[:, None],
+        scaled_rows,
+        deviations,
+    )
 
 
 def _free(fit: FitResult, coefficients: int, size: int) -> NDArray[np.bool_]:

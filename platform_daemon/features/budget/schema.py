@@ -72,6 +72,26 @@ class MonteCarloCheck(Schema):
     """There are draws enough to tell."""
 
 
+class DirectionReport(Schema):
+    """How well the orientation of the rotor is known."""
+
+    covariance_rad2: tuple[tuple[float, ...], ...]
+    """Covariance of a small rotation about the world axes x, y, z, rad^2, (3, 3)."""
+    cone_rad: float
+    """Half angle of the cone that contains a direction fixed to the rotor, at the coverage, rad."""
+
+
+class OffCentreReport(Schema):
+    """Whether the rotor stands off the centre of the coils, by what a fit leaves over."""
+
+    seen: bool
+    """It is off centre by more than chance."""
+    probability: float
+    """Chance that noise and what is declared of gains and orthogonality make as much."""
+    distance_m: float | None
+    """Distance of the nearest place that explains it from the centre, m; null: nothing is seen, or no place does."""
+
+
 class BudgetReport(Schema):
     """The uncertainty budget of one quantity (JCGM 100:2008)."""
 
@@ -99,15 +119,14 @@ class BudgetReport(Schema):
     """Influences that nobody has declared."""
     monte_carlo: Absent[MonteCarloCheck] = None
     """The check by draws; missing: it was not asked for."""
-
-
-class DirectionReport(Schema):
-    """How well the orientation of the rotor is known."""
-
-    covariance_rad2: tuple[tuple[float, ...], ...]
-    """Covariance of a small rotation about the world axes x, y, z, rad^2, (3, 3)."""
-    cone_rad: float
-    """Half angle of the cone that contains a direction fixed to the rotor, at the coverage, rad."""
+    covariance: Absent[Covariance] = None
+    """Of this and of all other parameters of the result, all declared influences included; missing: `covariance` of all
+    budgets says it."""
+    direction: Absent[DirectionReport] = None
+    """Of the orientation; missing: the result has none, or `direction` of all budgets says it."""
+    off_centre: Absent[OffCentreReport] = None
+    """Of the one shot, or of that in the middle of the series; missing: coil_radius_m is not declared, or `off_centre`
+    of all budgets says it."""
 
 
 class BudgetsReport(Schema):
@@ -125,3 +144,5 @@ class BudgetsReport(Schema):
     """Of the parameters, all declared influences included."""
     direction: DirectionReport | None
     """Of the orientation; null: the result has none."""
+    off_centre: Absent[OffCentreReport] = None
+    """Of the one shot, or of that in the middle of the series; missing: coil_radius_m is not declared."""

@@ -12,7 +12,7 @@ from platform_daemon.features.models.resolve import resolve
 
 from .schema import BudgetReport
 from .work import budgets_of
-from .written import budget_report
+from .written import one_report
 
 
 def stored_budget(
@@ -27,4 +27,4 @@ def stored_budget(
     """Of a shot; None: of the mean of all, or of the only one.  Raises InputError, RecordingError."""
     measurement, ask = open_for_fit(path, FitSettings(resolve(variant, models), window))
     found = budgets_of(measurement, ask, shot, coverage=coverage)
-    return budget_report(found.of(quantity))
+    return one_report(found, quantity)

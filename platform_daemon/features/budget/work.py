@@ -22,18 +22,25 @@ from platform_daemon.features.fit.fit import fit_frame_of, frame_report
 from platform_daemon.features.fit.fit_request import FitRefused, FitRequest
 from platform_daemon.features.fit.known_moment import declared_specimen
 from platform_daemon.features.fit.measurement import Measurement, VoltageMeasurement
+from platform_daemon.features.fit.noise import noise_of_frames
 from platform_daemon.features.fit.series.summary import on_the_circle, summary
+from platform_daemon.features.fit.series_table import recorded_fits
 from platform_daemon.uncertainty.budget import Budget, NotDeclared, checked_coverage, combine
 from platform_daemon.uncertainty.inputs import InputQuantity, correlation_matrix
 from platform_daemon.uncertainty.monte_carlo import MonteCarloResult, monte_carlo
 
 from .declared import declared_in
 from .influences import Effect, Situation, effects_of
+from .off_centre import OffCentre, off_centre
 from .response import response_of, turned_to_rodrigues
 
 Array = NDArray[np.float64]
 DISAGREE_SD = 2.0
 """N50 and D30 disagree by more than their noise from here on: 5 % of right models are taken for wrong ones."""
+_MODEL_SHOTS = 12
+"""So many shots of a series, spread over it, are fitted with N50 too: what the two windows disagree by is the model's,
+the same in all shots."""
+_NOISE_OF = 4  # every fourth of them tells the noise: three ring-downs of a second have a million samples
 _CORRELATED = 2.0  # over sqrt(n): a lag-1 autocorrelation that white scatter exceeds in 2 % of series
 _NEGLIGIBLE = 1e-6  # of the combined u: a line that is left out
 
@@ -47,6 +54,7 @@ class ResultBudgets:
         rotation: (3, 3) covariance of a small rotation of the rotor's frame about the world axes, rad^2; cone_rad: half
             angle of a cone that contains a direction fixed to it, at the coverage; None: there is no orientation.
         frames: that the result is made of; temperature_c: their mean, None: not measured.
+        off_centre: of the one shot, or of that in the middle; None: not tested.
     """
 
     budgets: tuple[Budget, ...]
@@ -55,6 +63,7 @@ class ResultBudgets:
     cone_rad: float | None
     frames: tuple[int, ...]
     temperature_c: float | None
+    off_centre: OffCentre | None = None
 
     def of(self, quantity: str) -> Budget:
         """Of one parameter.  Raises InputError for a name that is none of them."""
@@ -65,7 +74,7 @@ class ResultBudgets:
 
 
 @dataclass(frozen=True, eq=False)
-class _Statistics:
+class Statistics:
     """What the fits themselves say: values (m,), their covariance by noise or scatter (m, m) with its name and degrees
     of freedom; difference (m,): N50 minus D30, difference_std (m,); None: not known."""
 
@@ -109,7 +118,7 @@ def shot_budgets(
     free = [names.index(name) for name in used.covariance_names]
     own[np.ix_(free, free)] = used.covariance
     values = np.array([each.value for each in used.parameters.values()])
-    told = _Statistics(names, values, own, "noise", "covariance of the fit", math.inf, difference, std)
+    told = Statistics(names, values, own, "noise", "covariance of the fit", math.inf, difference, std)
     return _budgets(given, told, (frame,), coverage)
 
 
@@ -123,23 +132,37 @@ def series_budgets(
 ) -> ResultBudgets:
     """The budgets of the mean over a series: scatter becomes less with every shot, what all shots share does not.
 
-    frames: that are meant, None: all that can be used.  Raises InputError for fewer than two good fits, and as
+    frames: that are meant, None: all that can be used.  On-line fits that the recording keeps are taken, if they are of
+    this request; else all are fitted.  Raises InputError for fewer than two good fits, and as
     `shot_budgets` does.
     """
     checked_coverage(coverage)
     usable = [k for k in (range(measurement.frames) if frames is None else frames) if measurement.excuse(k) is None]
-    results = {k: fit_frame_of(measurement, k, ask) for k in usable}
-    good = [k for k, fit in results.items() if fit.verdict == "good"]
+    kept = recorded_fits(measurement, ask)
+    if kept is None:
+        made = {k: fit_frame_of(measurement, k, ask) for k in usable}
+        reports = [frame_report(k, fit) for k, fit in made.items() if fit.verdict == "good"]
+    else:
+        made = {}
+        reports = [kept[k] for k in usable if kept[k].good]
+    good = [report.frame for report in reports]
     if len(good) < 2:
         what = f"{len(good)} of {measurement.frames} frames have a good fit, and a scatter needs two"
         raise InputError(what, where=str(measurement.path), remedy="ask for one shot, or record more")
-    reports = [frame_report(k, results[k]) for k in good]
     middle = good[len(good) // 2]
-    given = _situation(measurement, good, middle, results[middle], declared)
-    told = _scatter(measurement, reports, given)
+    looked_at = sorted({middle, *(good[k] for k in np.linspace(0, len(good) - 1, _MODEL_SHOTS).round().astype(int))})
+    if kept is not None and isinstance(measurement, VoltageMeasurement):
+        measurement = replace(measurement, known_noise=noise_of_frames(measurement.recording, looked_at[::_NOISE_OF]))
+    used = made.get(middle) or fit_frame_of(measurement, middle, ask)
+    if used.verdict != "good":
+        what, why = "a recorded fit cannot be made again", used.reason or ""
+        remedy = "fit the recording again, and look for what has changed"
+        raise FitRefused(what, where=f"frame {middle}", why=why, remedy=remedy)
+    given = _situation(measurement, good, middle, used, declared)
+    told = scatter_of(reports, given, [measurement.conditions(report.frame).temperature_c for report in reports])
     if ask.window == "d30":
-        short = {k: fit_frame_of(measurement, k, replace(ask, window="n50")) for k in good}
-        both = [k for k in good if short[k].verdict == "good"]
+        short = {k: fit_frame_of(measurement, k, replace(ask, window="n50")) for k in looked_at}
+        both = [k for k in looked_at if short[k].verdict == "good"]
         if both:
             long_reports = [report for report in reports if report.frame in both]
             found = _differences(given.names, long_reports, [frame_report(k, short[k]) for k in both])
@@ -208,13 +231,12 @@ def _situation(
     )
 
 
-def _scatter(measurement: Measurement, reports: Sequence[FrameFit], given: Situation) -> _Statistics:
-    """Mean and covariance of the mean, which belongs to the mean temperature: what the thermometer explains of the
-    scatter, at declared coefficients, is taken out."""
+def scatter_of(reports: Sequence[FrameFit], given: Situation, temperatures: Sequence[float | None]) -> Statistics:
+    """Mean and covariance of the mean of good fits, which belongs to the mean temperature: what the thermometer
+    explains of the scatter, at declared coefficients, is taken out.  temperatures: of each, degrees Celsius."""
     names, n = given.names, len(reports)
     means = summary(reports)
     deviations = _deviations(names, [report.values for report in reports])
-    temperatures = [measurement.conditions(report.frame).temperature_c for report in reports]
     said = ""
     if all(t is not None for t in temperatures):
         known = np.array(temperatures, float)
@@ -230,7 +252,7 @@ def _scatter(measurement: Measurement, reports: Sequence[FrameFit], given: Situa
     source = f"mean of {n} shots{said}"
     if fewest < n - 0.5:
         source += f", of which neighbours are alike: as {fewest:.1f} independent ones where that is strongest"
-    return _Statistics(names, values, covariance / count, "scatter", source, max(1.0, fewest - 1.0), None, None)
+    return Statistics(names, values, covariance / count, "scatter", source, max(1.0, fewest - 1.0), None, None)
 
 
 def _independent(deviations: Array) -> float:
@@ -282,8 +304,18 @@ def _explained(long: Situation, short: Situation) -> Array:
     return np.sqrt(np.sum(np.square(parts), axis=0)) if parts else np.zeros(len(long.names))
 
 
-def _budgets(given: Situation, told: _Statistics, frames: tuple[int, ...], coverage: float) -> ResultBudgets:
+def _budgets(given: Situation, told: Statistics, frames: tuple[int, ...], coverage: float) -> ResultBudgets:
     effects = effects_of(given)
+    return replace(budgets_by(effects, given, told, frames, coverage), off_centre=off_centre(given, effects))
+
+
+def budgets_by(
+    effects: Sequence[Effect], given: Situation, told: Statistics, frames: tuple[int, ...], coverage: float
+) -> ResultBudgets:
+    """The budgets of what the fits say, by the effects of every influence, which are those of `effects_of(given)`.
+
+    Raises InputError for correlations that contradict each other.
+    """
     known = [each for each in effects if each.known is not None]
     between = {each.between: each.r for each in given.declared.correlation}
     matrix = correlation_matrix([each.known for each in known if each.known is not None], between)
@@ -301,7 +333,7 @@ def _budgets(given: Situation, told: _Statistics, frames: tuple[int, ...], cover
     return ResultBudgets(budgets, covariance, rotation, cone, frames, given.temperature_c)
 
 
-def _model_u(told: _Statistics) -> Array:
+def _model_u(told: Statistics) -> Array:
     """Standard uncertainty by the disagreement of N50 and D30: the truth may lie between or as far beyond D30."""
     if told.difference is None or told.difference_std is None:
         return np.zeros(len(told.names))
@@ -310,7 +342,7 @@ def _model_u(told: _Statistics) -> Array:
 
 
 def _budget(
-    k: int, told: _Statistics, effects: Sequence[Effect], between: dict[tuple[str, str], float], coverage: float
+    k: int, told: Statistics, effects: Sequence[Effect], between: dict[tuple[str, str], float], coverage: float
 ) -> Budget:
     quantity, value = told.names[k], float(told.values[k])
     lines: list[tuple[InputQuantity, float]] = []
@@ -342,7 +374,7 @@ def _undeclared(k: int, effects: Sequence[Effect], least: float) -> list[NotDecl
     return [NotDeclared(name, math.sqrt(square)) for name, square in squares.items() if not math.sqrt(square) <= least]
 
 
-def _add_model(k: int, told: _Statistics, lines: list[tuple[InputQuantity, float]], missing: list[NotDeclared]) -> None:
+def _add_model(k: int, told: Statistics, lines: list[tuple[InputQuantity, float]], missing: list[NotDeclared]) -> None:
     if told.difference is None or told.difference_std is None:
         missing.append(NotDeclared("model (it is seen where D30 and N50 are both fitted), per its own error", 1.0))
         return

@@ -15,6 +15,7 @@ from .schema import (
     DirectionReport,
     InputCorrelation,
     MonteCarloCheck,
+    OffCentreReport,
     UndeclaredInfluence,
 )
 from .work import Array, ResultBudgets
@@ -70,19 +71,39 @@ def _check(budget: Budget, drawn: MonteCarloResult) -> MonteCarloCheck:
     )
 
 
+def one_report(found: ResultBudgets, quantity: str, drawn: MonteCarloResult | None = None) -> BudgetReport:
+    """The budget of one parameter of a result, with the covariance of all.  Raises InputError for a name of none."""
+    more = {"covariance": _covariance(found), "direction": _direction(found), "off_centre": _off_centre(found)}
+    return budget_report(found.of(quantity), drawn).model_copy(update=more)
+
+
+def _covariance(found: ResultBudgets) -> Covariance:
+    return Covariance(parameters=tuple(each.quantity for each in found.budgets), matrix=_rows(found.covariance))
+
+
+def _direction(found: ResultBudgets) -> DirectionReport | None:
+    if found.rotation is None or found.cone_rad is None:
+        return None
+    return DirectionReport(covariance_rad2=_rows(found.rotation), cone_rad=found.cone_rad)
+
+
+def _off_centre(found: ResultBudgets) -> OffCentreReport | None:
+    told = found.off_centre
+    if told is None:
+        return None
+    return OffCentreReport(seen=told.seen, probability=told.probability, distance_m=told.distance_m)
+
+
 def budgets_report(found: ResultBudgets, file: str) -> BudgetsReport:
     """All budgets of a result as they are written."""
-    direction = None
-    if found.rotation is not None and found.cone_rad is not None:
-        direction = DirectionReport(covariance_rad2=_rows(found.rotation), cone_rad=found.cone_rad)
-    names = tuple(each.quantity for each in found.budgets)
     return BudgetsReport(
         file=file,
         frames=found.frames,
         temperature_c=found.temperature_c,
         budgets=tuple(map(budget_report, found.budgets)),
-        covariance=Covariance(parameters=names, matrix=_rows(found.covariance)),
-        direction=direction,
+        covariance=_covariance(found),
+        direction=_direction(found),
+        off_centre=_off_centre(found),
     )
 
 

@@ -33,10 +33,12 @@ from platform_daemon.features.models.options import variant_named
 
 if TYPE_CHECKING:
     from platform_daemon.core.hardware.engine import Engine
+    from platform_daemon.features.fit.fit_request import FitSettings
     from platform_daemon.features.models.resolve import ModelChoice
     from platform_daemon.features.procedures.schema import ProcedureResult
 
     from .schema import CharacterisationReport
+    from .side_by_side.sweep import NoiseOptions
     from .tables import CharacterisationTask
 
 
@@ -65,7 +67,14 @@ SourceOption = Annotated[
     list[Path] | None,
     typer.Option("--from", help="Or a recording with the shots of one resonator; several: each by itself."),
 ]
-OutOption = Annotated[Path, typer.Option("--output", "--out", help="Recording to write.")]
+CompareOption = Annotated[
+    tuple[Path, Path] | None,
+    typer.Option("--compare", help="Or two recordings, one specimen each, side by side in the folder --out."),
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option("--output", "--out", help="Recording to write, characterise.h5; of --compare a folder, compare."),
+]
 DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Check the shots and show the plan; nothing moves.")]
 _ALPHA: float = REQUEST_FIELDS["CharacteriseRequest"]["alpha"].default
 
@@ -108,6 +117,19 @@ class RecordingOptions:
     term: TermOption = None
     calibration: CalibrationOption = None
 
+    def settings(self, model: ModelChoice | None) -> FitSettings:
+        """How any of them is fitted.  Raises InputError."""
+        from platform_daemon.core.command_line.parsing import parse_frames
+        from platform_daemon.features.fit.fit_request import FitSettings
+
+        return FitSettings(
+            model,
+            calibration=calibration_in(self.calibration),
+            terms=tuple(self.term or ()),
+            frames=None if self.frames is None else parse_frames(self.frames),
+            step=self.step,
+        )
+
     def refuse(self) -> None:
         """Raises InputError for an option that shots which are still to be made cannot have."""
         given = {
@@ -144,39 +166,79 @@ class ReportOptions(TableOptions):
         must_not_exist(self.html, self.force, ".html", ".htm")
 
 
+@dataclass(frozen=True, kw_only=True)
+class SweepOptions:
+    """White noise that is added to the recorded shots of two specimens."""
+
+    noise: Annotated[
+        str | None, typer.Option("--noise", metavar="FROM:TO", help="Add noise at 30 levels, A m2/s, as 0.03:1.5.")
+    ] = None
+    draws: Annotated[int, typer.Option(min=1, max=1000, help="Draws of noise for each shot and level.")] = 1
+    shard: Annotated[
+        str | None, typer.Option("--shard", metavar="I/N", help="Make this share of the noise fits only, as 3/8.")
+    ] = None
+    merge: Annotated[bool, typer.Option("--merge", help="Only put the noise fits of all shards together.")] = False
+    dask: Annotated[str | None, typer.Option("--dask", metavar="ADDRESS", help="Noise fits on this cluster.")] = None
+
+    def asked(self) -> NoiseOptions | None:
+        """None: no noise.  Raises InputError."""
+        from .side_by_side.sweep import NoiseOptions, parse_levels, parse_shard
+
+        if self.noise is None:
+            given = {"--shard": self.shard, "--merge": self.merge or None, "--dask": self.dask}
+            for name in (name for name, value in given.items() if value is not None):
+                raise InputError("belongs to a noise sweep", where=name, remedy="give --noise FROM:TO too")
+            return None
+        if self.shard is not None and self.merge:
+            raise InputError("exclude each other", where="--shard, --merge", remedy="merge once all shards are made")
+        low, high = parse_levels(self.noise)
+        shard = None if self.shard is None else parse_shard(self.shard)
+        return NoiseOptions(low, high, self.draws, shard=shard, merge=self.merge)
+
+
 @option_groups
 def characterise(
     *,
     shots: Annotated[Keys, SHOTS],
     source: SourceOption = None,
-    out: OutOption = Path("characterise.h5"),
+    compare: CompareOption = None,
+    out: OutOption = None,
     dry_run: DryRunOption = False,
     variant: VariantOption = None,
     kept: KeptOptions,
     procedure: ProcedureOptions,
     recording: RecordingOptions,
     report: ReportOptions,
+    sweep: SweepOptions,
     where: PlatformOptions,
 ) -> None:
     """Fit many shots over N50 and D30: tables and figures of the paper, and whether the two windows agree.
 
-    Either of shots that are made now (--resonator), or of a recording (--from).
+    Either of shots that are made now (--resonator), of a recording (--from), or of two side by side (--compare).
     """
     acquisition = shots["acquisition"]
     sources = list(dict.fromkeys(source or []))
-    if ("resonator" not in acquisition) == (not sources):
-        remedy = "name a resonator to measure, or a recording"
-        raise InputError("give one of the two", where="--resonator, --from", remedy=remedy)
+    if sum(("resonator" in acquisition, bool(sources), compare is not None)) != 1:
+        remedy = "name a resonator to measure, a recording, or two to compare"
+        raise InputError("give one of the three", where="--resonator, --from, --compare", remedy=remedy)
+    asked = sweep.asked()
+    if asked is not None and compare is None:
+        remedy = "name two recordings with --compare"
+        raise InputError("noise is added to two recordings", where="--noise", remedy=remedy)
     report.check()
     heed_one_interrupt()
     if sources:
         procedure.refuse(acquisition)
         _of_recordings(sources, variant_named(variant, kept.models), recording, report)
         return
+    if compare is not None:
+        folder = out or Path("compare")
+        _compare(compare, folder, variant_named(variant, kept.models), recording, report, asked, sweep.dask)
+        return
     recording.refuse()
     request = {"acquisition": {**acquisition, "variant": variant}, **procedure.keys(acquisition)}
     with measuring_engine(where, kept, dry_run=dry_run) as engine:
-        _of_resonator(engine, request, out, report, dry_run=dry_run)
+        _of_resonator(engine, request, out or Path("characterise.h5"), report, dry_run=dry_run)
 
 
 def _of_resonator(engine: Engine, request: Keys, out: Path, wanted: ReportOptions, *, dry_run: bool) -> None:
@@ -236,26 +298,63 @@ def _of_recordings(
     sources: list[Path], model: ModelChoice | None, options: RecordingOptions, wanted: ReportOptions
 ) -> None:
     """Each by itself, all checked first.  Raises InputError, RecordingError, typer.Exit: 3 if one has no fit."""
-    from platform_daemon.core.command_line.parsing import parse_frames
-    from platform_daemon.features.fit.fit_request import FitSettings
-
     from .tables import characterisation_task
 
     if len(sources) > 1 and wanted.html is not None:
         remedy = "name one recording with --from, or leave --html out"
         raise InputError("a page shows one recording", where="--html", remedy=remedy)
-    settings = FitSettings(
-        model,
-        calibration=calibration_in(options.calibration),
-        terms=tuple(options.term or ()),
-        frames=None if options.frames is None else parse_frames(options.frames),
-        step=options.step,
-    )
+    settings = options.settings(model)
     try:
         _fit_all([characterisation_task(each, settings, wanted.held, wanted.alpha) for each in sources], wanted)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         end_at_once()
+
+
+def _compare(
+    sources: tuple[Path, Path],
+    folder: Path,
+    model: ModelChoice | None,
+    options: RecordingOptions,
+    wanted: ReportOptions,
+    noise: NoiseOptions | None,
+    dask: str | None,
+) -> None:
+    """Raises InputError, RecordingError, PlatformError."""
+    from platform_daemon.core.command_line.progress import progress
+    from platform_daemon.features.fit.fit_files import batch_workers
+
+    from .report import characterisation_text
+    from .side_by_side.compare import break_even_text, write_comparison
+    from .side_by_side.sweep import PARTS, named, sweep_of, swept
+    from .tables import characterisation_task
+
+    if folder.is_file():
+        raise InputError("is a file", where=str(folder), remedy="name a folder with --out")
+    settings = options.settings(model)
+    names = named(sources)
+    found = [characterisation_task(path, settings, wanted.held, wanted.alpha) for path in sources]
+    try:
+        reports = [_fitted(task) for task in found]
+        told = None
+        if noise is not None:
+            swept_over = sweep_of(found, reports, noise)
+            with progress() as display:
+                workers = batch_workers(sources, settings, processes=None, dask=dask)
+                told = swept(folder / PARTS, swept_over, reports, noise, workers, display.tell)
+            if told is None:
+                print(f"shard {noise.shard}: its parts are in {folder / PARTS}")
+                return
+        pairs = dict(zip(names, reports, strict=True))
+        write_comparison(folder, dict(zip(names, found, strict=True)), pairs, told)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        end_at_once()
+    for name, report in pairs.items():
+        print(f"{name}:\n{characterisation_text(report)}")
+    for crossing in () if told is None else told.break_even:
+        print(break_even_text(crossing, names))
+    print(folder / "report.html")
 
 
 def _fit_all(tasks: list[CharacterisationTask], wanted: ReportOptions) -> None:

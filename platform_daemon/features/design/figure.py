@@ -43,9 +43,9 @@ def draw_defects(curves: ForceCurves) -> Figure:
         _map(figure, left, curves)
     else:
         labels = [f"φ = {phi:g}°" for phi in curves.phi_deg]
-        _lines(left, curves, curves.force_n, labels)
+        draw_force_lines(left, curves, curves.force_n, labels)
     left.set_title(f"${name}$ = {_ratio(curves.defect.span_over_r)}", fontsize=10)
-    _lines(right, curves, curves.family_force_n, [f"${name}$ = {_ratio(s)}" for s in curves.spans_over_r])
+    draw_force_lines(right, curves, curves.family_force_n, [f"${name}$ = {_ratio(s)}" for s in curves.spans_over_r])
     right.set_title(f"φ = {curves.family_phi_deg:g}°", fontsize=10)
     for axes in (left, right):
         axes.set_xlabel("Δy / mm" if request.defect == "lateral" else "ε / °")
@@ -56,11 +56,21 @@ def _ratio(value: float) -> str:
     return f"{value:.3g} $r$" if math.isfinite(value) else "∞"
 
 
-def _lines(axes: Axes, curves: ForceCurves, force: NDArray[np.float64], labels: list[str]) -> None:
+def draw_force_lines(
+    axes: Axes,
+    curves: ForceCurves,
+    force: NDArray[np.float64],
+    labels: list[str],
+    style: str = "-",
+    *,
+    weight: bool = True,
+) -> None:
+    """Forces (n, k), N, over the size of the defect, and dotted the rotor's weight; a label "" is left out."""
     colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(labels)))
     for k, (label, colour) in enumerate(zip(labels, colours, strict=True)):
-        axes.plot(curves.size, force[:, k] * 1e3, color=colour, lw=1.3, label=label)
-    axes.axhline(curves.weight_n * 1e3, label="gravity", color="0.5", ls=":", lw=1.0)
+        axes.plot(curves.size, force[:, k] * 1e3, style, color=colour, lw=1.3, label=label or None)
+    if weight:
+        axes.axhline(curves.weight_n * 1e3, label="gravity", color="0.5", ls=":", lw=1.0)
     axes.set_xlim(0, curves.size[-1])
     axes.set_ylim(bottom=0)
     axes.set_ylabel("$\\tilde{F}_\\perp$ / mN")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache
 
@@ -49,8 +50,12 @@ class _CacheKey:
 
 @lru_cache(4)
 def _found(key: _CacheKey) -> SeriesNoise:
-    recording, noise = key.recording, SeriesNoise()
-    frames = _frames_to_learn_from(recording)
+    return noise_of_frames(key.recording, _frames_to_learn_from(key.recording))
+
+
+def noise_of_frames(recording: Recording, frames: Sequence[int]) -> SeriesNoise:
+    """What these frames tell of the noise."""
+    noise = SeriesNoise()
     rings_hz = _rings_hz(recording) if any(recording.frame_info[k].blank for k in frames) else None
     for k in frames:
         rate_hz, blank = recording.sequence.rate_hz, recording.frame_info[k].blank

@@ -1,4 +1,4 @@
-"""The fits of a series as the store keeps them: numbers in columns, NaN where there is none."""
+"""The fits of a series as the store keeps them: numbers in columns, NaN where there is none; and back."""
 
 from __future__ import annotations
 
@@ -9,8 +9,12 @@ from numpy.typing import NDArray
 
 from platform_daemon import __version__
 from platform_daemon.core.recordings.header import FitTable
-from platform_daemon.core.schemas.fits import FrameFit
+from platform_daemon.core.recordings.recorded_fits import read_fit
+from platform_daemon.core.schemas.fits import Covariance, FrameFit, ParameterEstimate, unfitted
 from platform_daemon.core.schemas.parameters import names_in_order
+
+from .fit_request import FitRequest
+from .measurement import Measurement, VoltageMeasurement
 
 
 def fit_table(name: str, variant: str, fits: Sequence[FrameFit]) -> FitTable:
@@ -43,4 +47,49 @@ def fit_table(name: str, variant: str, fits: Sequence[FrameFit]) -> FitTable:
         reason=tuple(fit.reason or "" for fit in fits),
         variant=variant,
         software_version=__version__,
+    )
+
+
+def recorded_fits(measurement: Measurement, ask: FitRequest) -> tuple[FrameFit, ...] | None:
+    """The on-line fits that the recording keeps, in order, if they are what is asked for.
+
+    None: a fit must be made, because there are none of this window and model, they are of another version of the
+    software, the calibration is another one, or parameters are held.  Raises RecordingError for a damaged table.
+    """
+    if not isinstance(measurement, VoltageMeasurement) or measurement.calibration_file is not None:
+        return None
+    if ask.fixed or ask.hold_if_inseparable or str(ask.window) not in measurement.recording.fits:
+        return None
+    table = read_fit(measurement.recording, str(ask.window))
+    if (table.variant, table.software_version) != (ask.label, __version__):
+        return None
+    fits = tuple(_frame(table, row) for row in range(measurement.frames))
+    return None if any(fit.good and fit.covariance is None for fit in fits) else fits
+
+
+def _frame(table: FitTable, row: int) -> FrameFit:
+    """A row as a report has it, without what the table does not hold."""
+    if table.verdict[row] != "good":
+        return unfitted(row, table.reason[row])
+    held = [k for k, value in enumerate(table.values[row]) if np.isfinite(value)]
+    free = [k for k in held if np.isfinite(table.std[row, k])]
+    covariance = table.covariance[row][np.ix_(free, free)]
+    matrix = tuple(map(tuple, covariance.tolist())) if np.isfinite(covariance).all() else None
+    std = table.std[row].tolist()
+    return unfitted(row, "").model_copy(
+        update={
+            "verdict": "good",
+            "reason": None,
+            "parameters": {
+                table.parameters[k]: ParameterEstimate(
+                    value=float(table.values[row, k]), std=std[k] if k in free else None
+                )
+                for k in held
+            },
+            "covariance": None
+            if matrix is None
+            else Covariance(parameters=tuple(table.parameters[k] for k in free), matrix=matrix),
+            "window_s": float(table.window_s[row]),
+            "chi2_per_dof": float(table.chi2_per_dof[row]),
+        }
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -32,10 +31,7 @@ def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -
 
     from .report import print_recording
 
-    if is_column_file(file):
-        recording = replace(open_voltages(file).recording, size_bytes=file.stat().st_size)
-    else:
-        recording = open_recording(file)
+    recording = open_voltages(file).recording if is_column_file(file) else open_recording(file)
     say_note(file, recording.other_layout)
     facts = describe(recording)
     must_not_exist(json_file, force, ".json")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -48,6 +49,8 @@ router = APIRouter(prefix="/recordings", tags=["recordings"], route_class=Guarde
 HDF5, BYTES = "application/x-hdf5", "application/octet-stream"
 Points = Annotated[int, Query(ge=2, le=20_000, description="at most so many points per channel")]
 Start = Annotated[float, Query(ge=0, le=1e6, description="from, s after the first RX sample")]
+First = Annotated[int, Query(ge=0, le=10_000_000, description="list frames from this one on, from 0")]
+Listed = Annotated[int | None, Query(ge=0, le=1_000_000, description="list at most so many frames; left out: all")]
 Newest = Annotated[bool, Query(description="newest first, by the time in the name; else by name")]
 Stop = Annotated[float | None, Query(gt=0, le=1e6, description="to, s; default: the end")]
 
@@ -117,17 +120,21 @@ def recover_recordings(context: Shared, body: Confirmed = CONFIRMED) -> Recovery
 
 
 @router.get("/{identifier}", summary="What a recording holds", responses=problems(404, 422, 423))
-def get_recording(identifier: RecordingId, context: Shared) -> RecordingInfo:
+def get_recording(identifier: RecordingId, context: Shared, first: First = 0, limit: Listed = None) -> RecordingInfo:
     """What the recording says: sequence, calibration, frames with verdicts, sample, operator.
 
-    Of a series that runs, what it holds so far: `incomplete` says so, and its frames can be read already.
+    `shots` are those from frame `first` on, `limit` of them at most; left out: all.  Of a series that runs, what it
+    holds so far: `incomplete` says so, and its frames can be read already.
     """
+    listed = range(first, sys.maxsize if limit is None else first + limit)
     running = describe_running(context.folders.recordings, identifier)
     if running is not None:
-        return running.model_copy(update={"id": identifier, "file": f"{identifier}.h5", "links": _links(identifier)})
+        shots = tuple(each for each in running.shots if each.frame in listed)
+        here = {"id": identifier, "file": f"{identifier}.h5", "links": _links(identifier), "shots": shots}
+        return running.model_copy(update=here)
     recording = opened(identifier, context)
     here = {"id": identifier, "file": recording.path.name, "links": _links(identifier)}
-    return describe(recording).model_copy(update=here)
+    return describe(recording, listed).model_copy(update=here)
 
 
 def _links(identifier: str) -> RecordingLinks:

@@ -48,7 +48,7 @@ def claims_of(found: Findings) -> Claims:
 def _claim(number: PaperNumber, found: Findings) -> Claim:
     ours = number.ours(found)
     if ours is None or number.never:
-        return _told(number, ours, None, "not_reproducible", number.never or "it was not measured in this campaign")
+        return _told(number, ours, None, "not_reproducible", number.never or number.missing(found))
     if number.tolerance is None or isinstance(ours.value, str) or isinstance(number.paper, str):
         return _told(number, ours, None, "agrees" if ours.value == number.paper else "differs", number.rule)
     tolerance = math.hypot(number.tolerance, _SIGMAS * (ours.u or 0.0))

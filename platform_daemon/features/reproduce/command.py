@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from drivers.errors import InputError
-from platform_daemon.core.command_line.csv_table import write_csv
 from platform_daemon.core.command_line.interrupts import heed_one_interrupt
 from platform_daemon.core.command_line.options import KeptOptions, PlatformOptions, measuring_engine
 from platform_daemon.core.command_line.output import write_json
@@ -16,12 +15,19 @@ from platform_daemon.core.command_line.request_options import option_groups
 
 if TYPE_CHECKING:
     from platform_daemon.core.hardware.engine import Engine
-    from platform_daemon.features.characterise.schema import CharacteriseOutcome, CharacteriseRequest
+    from platform_daemon.features.characterise.schema import (
+        CharacterisationReport,
+        CharacteriseOutcome,
+        CharacteriseRequest,
+    )
+    from platform_daemon.features.characterise.side_by_side.noise_schema import NoiseSweepReport
+    from platform_daemon.features.characterise.tables import CharacterisationTask
 
     from .schema import Campaign
 
 _QUICK_SHOTS = 10
 _BLANK_SHOTS = 4  # as characterise has it
+_FITS_PER_LEVEL = 100  # of the noise sweep: of fewer shots several draws of noise
 
 
 @option_groups
@@ -52,7 +58,14 @@ def reproduce(
     if not resonators:
         raise InputError("no resonator is left", where="--thread, --jewel", remedy="name one of them")
     made = _QUICK_SHOTS if quick else shots
-    campaign = Campaign(software_version=__version__, shots=made, tune=tune, ramp=ramp)
+    campaign = Campaign(
+        software_version=__version__,
+        platform=str(where.platform),
+        changes=tuple(where.overrides or ()),
+        shots=made,
+        tune=tune,
+        ramp=ramp,
+    )
     if not dry_run:
         _prepare(out, campaign, resume=resume)
     heed_one_interrupt()
@@ -63,7 +76,7 @@ def reproduce(
                 continue
             _measure(engine, _request(campaign, name, _held(out, variant)), out / f"{variant}.h5", dry_run=dry_run)
     if not dry_run:
-        report_on(out)
+        report_on(out, draws=max(1, round(_FITS_PER_LEVEL / made)))
 
 
 def _prepare(out: Path, campaign: Campaign, *, resume: bool) -> None:
@@ -155,18 +168,58 @@ def outcome_in(folder: Path, variant: str, *, of: str | None = None) -> Characte
     return log.result.outcome if isinstance(log.result.outcome, CharacteriseOutcome) else None
 
 
-def report_on(folder: Path) -> None:
-    """Write claims.json, claims.csv and claims.tex, and print the table.  Raises InputError, StorageError."""
-    from platform_daemon.core.state.durable import write_file
+def report_on(folder: Path, *, draws: int) -> None:
+    """Add noise to the shots of both, write the report, and print the table of claims.
 
+    draws: of noise for each shot and level.  What a sweep has made before stays.  Raises PlatformError.
+    """
     from .claims import claims_of
     from .findings import Findings
-    from .report import claim_rows, claims_latex, claims_text
+    from .folder import write_claims
+    from .report import claims_text
 
     outcomes = {v: found for v in ("thread", "jewel") if (found := outcome_in(folder, v)) is not None}
-    claims = claims_of(Findings(outcomes))
-    write_json(folder / "claims.json", claims)
-    write_csv(folder / "claims.csv", claim_rows(claims))
-    write_file(folder / "claims.tex", claims_latex(claims).encode())
+    reports = {variant: found.report for variant, found in outcomes.items()}
+    tasks = {variant: _task(folder / f"{variant}.h5", report) for variant, report in reports.items()}
+    noise, why = _swept(folder, tasks, reports, draws)
+    claims = claims_of(Findings(outcomes, noise, why))
+    write_claims(folder, claims, tasks, reports, noise)
     print(claims_text(claims))
-    print(folder / "claims.json")
+    for name in ("claims.json", "report.html", "report.pdf"):
+        print(folder / name)
+
+
+def _task(recording: Path, report: CharacterisationReport) -> CharacterisationTask:
+    """Of the shots that were reported on.  Raises InputError, RecordingError."""
+    from platform_daemon.features.characterise.tables import characterisation_task
+    from platform_daemon.features.fit.fit_request import FitSettings
+
+    frames = tuple(fit.frame for fit in report.d30_fits.frames)
+    return characterisation_task(recording, FitSettings(frames=frames), report.n50.held, report.alpha)
+
+
+def _swept(
+    folder: Path, tasks: dict[str, CharacterisationTask], reports: dict[str, CharacterisationReport], draws: int
+) -> tuple[NoiseSweepReport | None, str]:
+    """The sweep, or why there is none.  Raises PlatformError."""
+    from platform_daemon.core.command_line.progress import progress
+    from platform_daemon.features.characterise.side_by_side.sweep import (
+        HIGHEST_AM2_PER_S,
+        PARTS,
+        NoiseOptions,
+        sweep_of,
+        swept,
+    )
+    from platform_daemon.features.fit.batch.executors import cores, processes
+
+    if len(tasks) < 2:
+        return None, "only one of the resonators was measured in this campaign"
+    options = NoiseOptions(None, HIGHEST_AM2_PER_S, draws)
+    try:
+        made = sweep_of(list(tasks.values()), list(reports.values()), options)
+    except InputError as error:  # no calibration, or no shot with a fit: the campaign has the rest of its numbers
+        return None, str(error)
+    with progress() as display:
+        found = swept(folder / PARTS, made, list(reports.values()), options, processes(cores()), display.tell)
+    write_json(folder / "noise.json", found)
+    return found, ""

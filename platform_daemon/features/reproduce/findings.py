@@ -13,6 +13,7 @@ from platform_daemon.design.equations import (
     design_numbers,
 )
 from platform_daemon.features.characterise.schema import CharacterisationReport, CharacteriseOutcome, ShotStatistics
+from platform_daemon.features.characterise.side_by_side.noise_schema import BreakEven, NoiseSweepReport
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,22 @@ class Value:
 
 @dataclass(frozen=True)
 class Findings:
-    """By the variant of a resonator what characterise has made of its shots; one that is missing was not measured."""
+    """What there is to compare.
+
+    Attributes:
+        outcomes: by the variant of a resonator what characterise has made of its shots; one that is missing was not
+            measured.
+        noise: sweep over thread and jewel, in this order; None: there is none, and why_no_noise says why.
+    """
 
     outcomes: dict[str, CharacteriseOutcome]
+    noise: NoiseSweepReport | None = None
+    why_no_noise: str = "it was not measured in this campaign"
+
+    def break_even(self, quantity: str) -> BreakEven | None:
+        """Of f_nat_hz or orientation; None: there is no sweep."""
+        found = () if self.noise is None else self.noise.break_even
+        return next((one for one in found if one.quantity == quantity), None)
 
     @property
     def design(self) -> DesignNumbers:

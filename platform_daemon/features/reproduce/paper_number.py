@@ -10,6 +10,7 @@ from .findings import Findings, Value
 SHOTS = 100
 """Of each resonator in the paper."""
 DESIGN, CHARACTERISE, DEFECTS = "platform-daemon design", "platform-daemon characterise", "platform-daemon defects"
+NOISE = "platform-daemon characterise --compare thread.h5 jewel.h5 --noise 0.03:1.5"
 Ours = Callable[[Findings], Value | None]
 
 
@@ -24,6 +25,7 @@ class PaperNumber:
         ours: takes ours from what was found; it returns None where it was not measured.
         command: that computes it.
         never: why it can never be compared, "": it can.
+        missing: takes from what was found why ours is None.
     """
 
     label: str
@@ -34,6 +36,7 @@ class PaperNumber:
     ours: Ours
     command: str
     never: str = ""
+    missing: Callable[[Findings], str] = lambda found: "it was not measured in this campaign"
 
 
 def printed(

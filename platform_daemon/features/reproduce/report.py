@@ -6,11 +6,10 @@ from collections import Counter
 from typing import Any
 
 from platform_daemon.core.reporting.tables import tables_text
+from platform_daemon.features.characterise.side_by_side.tables import row_latex
 
 from .claims import contradictions
 from .schema import Claim, Claims
-
-_ESCAPES = {"_": r"\_", "%": r"\%", "&": r"\&", "#": r"\#"}
 
 
 def claims_text(found: Claims) -> str:
@@ -44,19 +43,14 @@ def claim_rows(found: Claims) -> list[dict[str, Any]]:
 def claims_latex(found: Claims) -> str:
     """A longtable of all claims."""
     head = r"\begin{longtable}{llrrrl}" + "\n" + r"label & what & paper & ours & tolerance & verdict \\ \hline"
-    return "\n".join([head, *(_latex_row(claim) for claim in found.claims), r"\end{longtable}", ""])
+    rows = (row_latex([claim.label, *claim_cells(claim)]) for claim in found.claims)
+    return "\n".join([head, *rows, r"\end{longtable}", ""])
 
 
-def _latex_row(claim: Claim) -> str:
-    cells = (
-        claim.label,
-        claim.what,
-        _shown(claim.paper),
-        _shown(claim.ours),
-        _shown(claim.tolerance, 2),
-        claim.verdict,
-    )
-    return " & ".join("".join(_ESCAPES.get(c, c) for c in cell) for cell in cells) + r" \\"
+def claim_cells(claim: Claim) -> tuple[str, str, str, str, str]:
+    """What, paper, ours, tolerance, verdict, as they are read."""
+    told = _shown(claim.paper), _shown(claim.ours), _shown(claim.tolerance, 2)
+    return (claim.what, *told, claim.verdict.replace("_", " "))
 
 
 def _shown(value: float | str | None, digits: int = 6) -> str:

@@ -47,6 +47,10 @@ class Campaign(Schema):
 
     software_version: str
     """Version of the software."""
+    platform: str
+    """Platform, as it was named: a shipped one, or a file."""
+    changes: tuple[str, ...]
+    """What differed from its file (--set)."""
     shots: int
     """Shots of each resonator."""
     tune: bool

@@ -71,11 +71,13 @@ def chart(y: Array, temperature_c: Array, run_length: float, shots: Kinds | None
 
 def _ewma(scores: Array) -> Array:
     """The moving average after each score, (n,); NaN where the score is NaN, which leaves the average unchanged."""
-    z, found = 0.0, np.full(len(scores), np.nan)
-    for i, score in enumerate(scores):
-        if np.isfinite(score):
-            z = (1.0 - WEIGHT) * z + WEIGHT * score
-            found[i] = z
+    known = np.isfinite(scores)
+    z, averages = 0.0, []
+    for score in scores[known].tolist():
+        z = (1.0 - WEIGHT) * z + WEIGHT * score
+        averages.append(z)
+    found = np.full(len(scores), np.nan)
+    found[known] = averages
     return found
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from platform_daemon.estimation.parameters import RODRIGUES
 
 from .chart import Chart, chart
-from .points import Point, quantities, stretches
+from .points import Point, places_of, quantities, stretches
 from .prediction import Array, temperature_terms
 from .schema import TrendChart
 
@@ -48,43 +48,46 @@ def charted(points: Sequence[Point], points_to_false_alarm: float) -> list[Chart
     run_length = min(points_to_false_alarm * max(len(names), 1), 1e7)
     temperatures = np.array([point.temperature_c for point in points])
     shots = np.array([point.shots for point in points], int)
-    found = []
+    found, under = [], places_of(points)
     for name in names:
         values = np.array([point.values.get(name, np.nan) for point in points])
         logarithmic = name not in RODRIGUES and bool(np.all(values[np.isfinite(values)] > 0))
         y = np.log(values) if logarithmic else values
-        for places in stretches(name, points):
+        for places in stretches(name, under):
             made = chart(y[places], temperatures[places], run_length, shots[places])
             found.append(ChartedStretch(name, places, y[places], logarithmic, made))
     return found
 
 
-def shown(name: str, stretches_of: Sequence[ChartedStretch], points: Sequence[Point]) -> TrendChart:
-    """All stretches of a quantity, each point from its own; temperature and coefficient are those of the newest."""
+def shown(
+    name: str, stretches_of: Sequence[ChartedStretch], points: Sequence[Point], newest: slice = slice(None)
+) -> TrendChart:
+    """All stretches of a quantity, each point from its own; temperature and coefficient are those of the newest.
+
+    newest: of the points, which are shown.
+    """
     temperature = np.array([point.temperature_c for point in points])
     last = stretches_of[-1]
     known = temperature[last.places][np.isfinite(temperature[last.places])]
     reference_c = float(np.mean(known)) if known.size else None
     corrected = [_corrected(each, temperature[each.places], reference_c) for each in stretches_of]
     slope, std = _coefficient(last, temperature[last.places], reference_c)
+    limits = [np.where(np.isfinite(each.chart.ewma), each.chart.limit, np.nan) for each in stretches_of]
+
+    def joined(parts: Sequence[Array]) -> tuple[float, ...]:
+        return tuple(in_order(stretches_of, parts)[newest].tolist())
+
     return TrendChart(
         quantity=name,
-        value=tuple(point.values.get(name, np.nan) for point in points),
-        corrected=_joined(stretches_of, corrected),
+        value=tuple(point.values.get(name, np.nan) for point in points[newest]),
+        corrected=joined(corrected),
         reference_c=reference_c,
         relative_per_k=slope,
         relative_per_k_std=std,
-        score=_joined(stretches_of, [each.chart.score for each in stretches_of]),
-        ewma=_joined(stretches_of, [each.chart.ewma for each in stretches_of]),
-        limit=_joined(
-            stretches_of,
-            [np.where(np.isfinite(each.chart.ewma), each.chart.limit, np.nan) for each in stretches_of],
-        ),
+        score=joined([each.chart.score for each in stretches_of]),
+        ewma=joined([each.chart.ewma for each in stretches_of]),
+        limit=joined(limits),
     )
-
-
-def _joined(stretches_of: Sequence[ChartedStretch], parts: Sequence[Array]) -> tuple[float, ...]:
-    return tuple(in_order(stretches_of, parts).tolist())
 
 
 def in_order(stretches_of: Sequence[ChartedStretch], parts: Sequence[Array]) -> Array:

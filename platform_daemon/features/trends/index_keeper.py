@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Container
@@ -11,16 +12,20 @@ from typing import get_args
 import structlog
 
 from drivers.errors import PlatformError
+from platform_daemon.core.recordings.recording_index import INDEX
 from platform_daemon.core.schemas.text import same_name
 from platform_daemon.features.alarms.board import AlarmBoard
 
 from .indexed import indexed_specimens, indexed_trend, update_index
-from .schema import ChangeName
+from .schema import ChangeName, TrendReport
 
 log = structlog.get_logger()
 _PERIOD_S = 2.0
 _PATIENCE_S = 1.0  # a new recording is indexed in some 0.1 s; years of them are not waited for
 _IDLE_FACTOR = 9.0  # pause after judging, in times of how long it took
+KEPT_POINTS = 1000
+"""Points of a report that is kept, the newest: what a picture shows."""
+_KEPT_SPECIMENS = 8  # a report of 1000 points takes some 2 MB
 
 
 class TrendKeeper:
@@ -31,7 +36,10 @@ class TrendKeeper:
         self._board = board
         self._left = 0
         self._seen_ns = -1
+        self._files: frozenset[tuple[str, int]] | None = None
+        self._looks = 0
         self._changed: set[str] = set()
+        self._kept: dict[str, tuple[int, TrendReport]] = {}
         self._next_s = 0.0
         self._ended = False
         self._wake = threading.Event()
@@ -88,12 +96,16 @@ class TrendKeeper:
             self._wake.clear()
 
     def _look(self) -> None:
-        changed_ns = self._folder.stat().st_mtime_ns  # changes when a file is added or removed
+        changed_ns = self._folder.stat().st_mtime_ns  # changes when a file is added or removed, the index's own too
         if changed_ns == self._seen_ns:
             return
-        found, _ = update_index(self._folder, self._on_progress)
-        self._changed |= found.specimens
-        self._seen_ns = -1 if found.in_use else changed_ns
+        files = _files_in(self._folder)
+        if files != self._files:
+            found, _ = update_index(self._folder, self._on_progress)
+            self._changed |= found.specimens
+            self._looks += 1
+            self._files = None if found.in_use else files
+        self._seen_ns = -1 if self._files is None else changed_ns
 
     def _judge_changed(self) -> None:
         begun_s = time.monotonic()
@@ -114,10 +126,28 @@ class TrendKeeper:
         if self._ended:
             raise _Ended
 
+    def trend(self, specimen: str) -> TrendReport:
+        """The trend with its newest KEPT_POINTS points, made once for as long as the folder is as it is.
+
+        Raises UnknownSpecimen, StorageError.
+        """
+        looks, found = self._kept.get(specimen, (-1, None))
+        if found is not None and looks == self._looks:
+            return found
+        return self._make(specimen)
+
+    def _make(self, specimen: str) -> TrendReport:
+        looks = self._looks
+        report = indexed_trend(self._folder, specimen, newest=KEPT_POINTS)
+        self._kept.pop(specimen, None)
+        if self._files is not None:  # else files are still to be read
+            self._kept = {**dict(list(self._kept.items())[1 - _KEPT_SPECIMENS :]), specimen: (looks, report)}
+        return report
+
     def judge(self, specimen: str) -> None:
         """Raise or clear the alarms of a specimen.  Raises UnknownSpecimen, StorageError."""
         specimen = same_name(specimen)
-        report = indexed_trend(self._folder, specimen)
+        report = self._make(specimen)
         persistent = {each.name: each for each in report.changes if each.stands}
         for name, change in persistent.items():
             what = f"{specimen} since {change.since}: {change.what}. See GET /specimens/{specimen}/trend"
@@ -129,6 +159,12 @@ class TrendKeeper:
         for change in get_args(ChangeName.__value__):
             if change not in but:
                 self._board.clear(f"trend:{specimen}:{change}")
+
+
+def _files_in(folder: Path) -> frozenset[tuple[str, int]]:
+    """Names and inodes of what is in a folder, but for the files of the index, which come and go with each query."""
+    with os.scandir(folder) as entries:
+        return frozenset((each.name, each.inode()) for each in entries if not each.name.startswith(INDEX))
 
 
 class _Ended(Exception):

@@ -83,10 +83,12 @@ def indexed_trend(
     until: str | None = None,
     points_to_false_alarm: float = POINTS_TO_FALSE_ALARM,
     step: str | None = None,
+    newest: int | None = None,
 ) -> TrendReport:
     """The trend of a specimen between two times, ISO 8601; since None: from where it was accepted as it is.
 
-    step: of procedures, see `of_step`; None: the last one.  Raises UnknownSpecimen, InputError, StorageError,
+    step: of procedures, see `of_step`; None: the last one.  newest: points that are listed at most, None: all; the
+    charts are those of all of them.  Raises UnknownSpecimen, InputError, StorageError,
     RecordingError.
     """
     specimen = same_name(specimen)
@@ -100,7 +102,7 @@ def indexed_trend(
         without: list[str] = []
         if step is not None:
             found, without = of_step(folder, index, found, step)
-    report = specimen_trend(specimen, found, points_to_false_alarm, step)
+    report = specimen_trend(specimen, found, points_to_false_alarm, step, newest)
     if without:
         note = f"left out, because they have no step {step!r}: {', '.join(without)}"
         report = report.model_copy(update={"notes": (*report.notes, note)})

@@ -84,15 +84,23 @@ def conditions_for(name: str, conditions: Conditions) -> Conditions:
     )
 
 
-def stretches(name: str, points: Sequence[Point]) -> list[NDArray[np.int_]]:
+def places_of(points: Sequence[Point]) -> dict[Conditions, list[int]]:
+    """Places of the points under each conditions."""
+    found: dict[Conditions, list[int]] = {}
+    for place, point in enumerate(points):
+        found.setdefault(point.conditions, []).append(place)
+    return found
+
+
+def stretches(name: str, places: Mapping[Conditions, Sequence[int]]) -> list[NDArray[np.int_]]:
     """Places of the points under each condition of a quantity, that of the newest point last.
 
     They may alternate: a single fit over another window must not discard what was learned in months.
     """
     found: dict[Conditions, list[int]] = {}
-    for place, point in enumerate(points):
-        found.setdefault(conditions_for(name, point.conditions), []).append(place)
-    return [np.array(places) for places in sorted(found.values(), key=lambda places: places[-1])]
+    for conditions, here in places.items():
+        found.setdefault(conditions_for(name, conditions), []).extend(here)
+    return sorted((np.sort(here) for here in found.values()), key=lambda here: int(here[-1]))
 
 
 def _together(shots: Sequence[IndexedShot]) -> list[list[IndexedShot]]:

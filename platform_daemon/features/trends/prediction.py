@@ -10,7 +10,6 @@ Hawkins, The Statistician 36 (1987) 299).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from operator import mul
@@ -132,42 +131,54 @@ def _taught(rows: _Rows, y: Array, highest: int) -> tuple[Array, Array, NDArray[
     most = _most_of(len(y))
     widths, seen = np.sqrt(1.0 + rows.leverage).tolist(), (rows.leverage < _HIGHEST_LEVERAGE).tolist()
     right = [0.0] * rows.x.shape[1]
-    taught, scores = y.tolist(), [math.nan] * len(y)
-    squares, errors = [[0.0] * (highest + 1)], [[0] * (highest + 1)]
-    for i, (row, gain, kind) in enumerate(zip(rows.x.tolist(), rows.gains.tolist(), rows.kinds.tolist(), strict=True)):
-        square, known = squares[-1].copy(), errors[-1].copy()
+    taught, scores, kept_errors = y.tolist(), [math.nan] * len(y), [0.0] * len(y)
+    squares, errors = [0.0] * (highest + 1), [0] * (highest + 1)
+    all_squares, all_errors = 0.0, 0
+    # Plain numbers, and no lists, at which the collector of garbage would look: years of a specimen are 10^5 turns.
+    columns = (zip(*each.T.tolist(), strict=True) for each in (rows.x, rows.gains))
+    for i, (row, gain, kind) in enumerate(zip(*columns, rows.kinds.tolist(), strict=True)):
         if seen[i]:
             error = (taught[i] - sum(map(mul, gain, right))) / widths[i]
-            std = _std_of(kind, square, known)
-            if std > 0.0:
-                scores[i] = error / std
-                if abs(scores[i]) > most[known[kind]]:
-                    kept = math.copysign(most[known[kind]] * std, error)
-                    taught[i] -= (error - kept) * widths[i]
-                    error = kept
-            square[kind] += error**2
-            known[kind] += 1
-        squares.append(square)
-        errors.append(known)
-        right = [r + each * taught[i] for r, each in zip(right, row, strict=True)]
-    return np.array(taught), np.array(squares), np.array(errors), np.array(scores)
+            known = errors[kind]
+            if known >= LEARNED_FROM:  # the standard deviation is that of `Learned.stds`
+                std = math.sqrt(max(squares[kind] / known, all_squares / all_errors))
+                if std > 0.0:
+                    scores[i] = error / std
+                    if abs(scores[i]) > most[known]:
+                        kept = math.copysign(most[known] * std, error)
+                        taught[i] -= (error - kept) * widths[i]
+                        error = kept
+            kept_errors[i] = error
+            squares[kind] += error**2
+            errors[kind] += 1
+            all_squares += error**2
+            all_errors += 1
+        value = taught[i]
+        for j, each in enumerate(row):
+            right[j] += each * value
+    of_kind = np.eye(highest + 1)[rows.kinds]
+    return (
+        np.array(taught),
+        _before(of_kind * np.square(kept_errors)[:, None]),
+        _before(of_kind * np.array(seen)[:, None]).astype(int),
+        np.array(scores),
+    )
 
 
-def _std_of(kind: int, squares: Sequence[float], errors: Sequence[int]) -> float:
-    """As `Learned.stds`; 0: not known yet."""
-    if errors[kind] < LEARNED_FROM:
-        return 0.0
-    return math.sqrt(max(squares[kind] / errors[kind], sum(squares) / sum(errors)))
+def _before(parts: Array) -> Array:
+    """Sums of the rows (m, c) before each, and of all of them, (m + 1, c)."""
+    return np.concatenate([np.zeros((1, parts.shape[1])), np.cumsum(parts, axis=0)])
 
 
-def _most_of(points: int) -> Array:
+def _most_of(points: int) -> list[float]:
     """MOST_SCORE of a standard deviation that is known from 0, 1, ... `points` errors."""
     return _most_to(1 << points.bit_length())
 
 
 @lru_cache(32)
-def _most_to(errors: int) -> Array:
-    return np.asarray(scipy.stats.t.isf(scipy.stats.norm.sf(MOST_SCORE), np.arange(errors + 1)), np.float64)
+def _most_to(errors: int) -> list[float]:
+    found = scipy.stats.t.isf(scipy.stats.norm.sf(MOST_SCORE), np.arange(errors + 1))
+    return [float(each) for each in np.asarray(found, np.float64)]
 
 
 def later_scores(learned: Learned, x: Array, y: Array, kinds: Kinds) -> Array:

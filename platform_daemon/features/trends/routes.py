@@ -12,7 +12,7 @@ from platform_daemon.core.web.network.routes import GuardedRoute
 from platform_daemon.core.web.pages import NEXT, Paged
 from platform_daemon.core.web.problems import problems
 
-from .index_keeper import TrendKeeper
+from .index_keeper import KEPT_POINTS, TrendKeeper
 from .schema import Baseline, BaselineRequest, SpecimenListing, SpecimenPage, TrendReport
 from .specimen_page import specimen_page
 from .trend import POINTS_TO_FALSE_ALARM
@@ -34,6 +34,11 @@ Step = Annotated[
 ]
 Rate = Annotated[
     float, Query(ge=100, le=1e6, description="points to a false alarm, on average over all charts of a specimen")
+]
+
+Newest = Annotated[
+    int | None,
+    Query(ge=1, le=1_000_000, description="list at most so many points, the newest; the charts are those of all"),
 ]
 
 
@@ -93,9 +98,10 @@ def get_trend(
     until: Until = None,
     step: Step = None,
     points_to_false_alarm: Rate = POINTS_TO_FALSE_ALARM,
+    newest: Newest = None,
 ) -> TrendReport:
     """Points of all recordings with on-line fits, a control chart per quantity, and changes by name."""
-    return _trend(context, specimen, since, until, step, points_to_false_alarm)
+    return _trend(context, specimen, since, until, step, points_to_false_alarm, newest)
 
 
 @router.get("/{specimen:path}", summary="What is known of a specimen", responses=problems(404, 422, 503))
@@ -123,14 +129,23 @@ def accept_specimen(specimen: Specimen, body: BaselineRequest, context: Shared) 
 
 
 def _trend(
-    context: Context, specimen: str, since: str | None, until: str | None, step: str | None, rate: float
+    context: Context,
+    specimen: str,
+    since: str | None,
+    until: str | None,
+    step: str | None,
+    rate: float,
+    newest: int | None = None,
 ) -> TrendReport:
     """Raises UnknownSpecimen, InputError, StorageError, RecordingError."""
     from .indexed import indexed_trend
 
     keeper = context.part(TrendKeeper)
     keeper.catch_up()
-    found = indexed_trend(context.folders.recordings, specimen, since, until, rate, step)
+    if (since, until, step, rate, newest) == (None, None, None, POINTS_TO_FALSE_ALARM, KEPT_POINTS):
+        found = keeper.trend(specimen)
+    else:
+        found = indexed_trend(context.folders.recordings, specimen, since, until, rate, step, newest)
     behind = keeper.behind
     if behind:
         found = found.model_copy(update={"notes": (*found.notes, f"{behind} recordings are still to be looked at")})

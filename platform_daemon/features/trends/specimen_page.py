@@ -15,16 +15,17 @@ from platform_daemon.core.web.context import Context
 from platform_daemon.features.models.library import Library
 from platform_daemon.features.models.schema import AdoptedModelSummary
 
+from .index_keeper import TrendKeeper
 from .schema import SpecimenPage, SpecimenResonator
 
 
 def specimen_page(specimen: str, context: Context) -> SpecimenPage:
     """The page.  Raises UnknownSpecimen, StorageError."""
-    from .indexed import indexed_recordings, indexed_trend
+    from .indexed import indexed_recordings
 
     specimen = same_name(specimen)
     found = indexed_recordings(context.folders.recordings, specimen)
-    trend = indexed_trend(context.folders.recordings, specimen)
+    trend = context.part(TrendKeeper).trend(specimen)
     newest_first = Counter(each.resonator for each in reversed(found))
     here = f"/specimens/{quote(specimen, safe='')}"
     parts = {"trend": "/trend", "picture": "/trend/picture", "table": "/trend/table"}

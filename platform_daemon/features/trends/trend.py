@@ -25,11 +25,13 @@ def specimen_trend(
     recordings: Sequence[IndexedRecording],
     points_to_false_alarm: float = POINTS_TO_FALSE_ALARM,
     step: str | None = None,
+    newest: int | None = None,
 ) -> TrendReport:
     """Points, a chart per quantity, and changes with names.
 
     points_to_false_alarm: mean number of points to an alarm of a specimen that does not change, over all its charts.
-    step: of procedures that the points are of, None: the last one.  Raises InputError for one outside 100 to 1e6.
+    step: of procedures that the points are of, None: the last one.  newest: so many points are listed at most, None:
+    all; charts and changes are those of all points in any case.  Raises InputError for one outside 100 to 1e6.
     """
     if not FEWEST <= points_to_false_alarm <= MOST:
         remedy = f"ask for {FEWEST:g} to {MOST:g}"
@@ -40,13 +42,15 @@ def specimen_trend(
     by_quantity: dict[str, list[ChartedStretch]] = {name: [] for name in quantities(points)}
     for each in stretches:
         by_quantity[each.quantity].append(each)
+    listed = slice(0 if newest is None else max(0, len(points) - newest), None)
+    left_out = [f"the newest {newest} of {len(points)} points are listed"] if listed.start else []
     return TrendReport(
         specimen=specimen,
-        points=tuple(map(_shown, points)),
-        charts=tuple(shown(name, parts, points) for name, parts in by_quantity.items()),
+        points=tuple(map(_shown, points[listed])),
+        charts=tuple(shown(name, parts, points, listed) for name, parts in by_quantity.items()),
         changes=tuple(changes(stretches, points)),
         points_to_false_alarm=points_to_false_alarm,
-        notes=(*_step_notes(recordings, step), *_notes(points, by_quantity)),
+        notes=(*left_out, *_step_notes(recordings, step), *_notes(points, by_quantity)),
     )
 
 

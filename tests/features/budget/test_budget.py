@@ -3,6 +3,7 @@
 import json
 import math
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from drivers.uncertainty import DeclaredUncertainty
 from platform_daemon.features.budget.influences import pair_fields
 from platform_daemon.features.budget.response import response_of, turned_to_rodrigues
 from platform_daemon.features.budget.work import monte_carlo_of, series_budgets, shot_budgets
+from platform_daemon.features.fit.fit import fit_measurement
 from platform_daemon.features.fit.fit_request import FitRequest
 from platform_daemon.features.fit.measurement import open_measurement
+from platform_daemon.features.fit.series_table import recorded_fits
 from tests.kit.command_line import assert_one_line_error, here
 
 RATE_HZ = 61035.15625
@@ -149,6 +152,24 @@ def test_field_off_the_centre_is_that_of_helmholtz_pairs():
         assert sum(slopes) / max(map(abs, slopes)) == pytest.approx(0.0, abs=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("place_mm", "seen"), [((0, 0, 0), False), ((12, 0, 0), True), ((0, 12, 0), True), ((15, 10, 0), True)]
+)
+def test_a_rotor_off_the_centre_is_named_with_its_distance(place_mm, seen):
+    radii, place = (0.050, 0.057, 0.065), 1e-3 * np.array(place_mm, float)
+    made = _simulated(seed=3)
+    samples = pair_fields(place, radii) @ made.signal(0)
+    again = pd_.from_arrays(np.arange(samples.shape[1]) / RATE_HZ, samples, variant="jewel")
+    said = DeclaredUncertainty(coil_radius_m=radii)
+    told = shot_budgets(again.measurement, 0, FitRequest("jewel", 0.6), declared=said).off_centre
+    assert told.seen == seen
+    if seen:
+        assert told.distance_m == pytest.approx(np.linalg.norm(place), rel=0.15)
+    # What is declared of the coils' angles explains as much as 12 mm: then nobody can tell.
+    loose = DeclaredUncertainty(coil_radius_m=radii, orthogonality_rad={"u": 5e-3}, gain={"u": 5e-3})
+    assert not shot_budgets(again.measurement, 0, FitRequest("jewel", 0.6), declared=loose).off_centre.seen
+
+
 @pytest.mark.parametrize("vector", [(0.0, 0.0, -1.57), (0.3, -0.2, 3.1), (0.01, 0.0, 0.0)])
 def test_small_rotations_of_a_rodrigues_vector(vector):
     from scipy.spatial.transform import Rotation
@@ -176,6 +197,34 @@ def test_command(measured, tmp_path):
     refused = here("budget", file, "--uncertainty", own)
     assert_one_line_error(refused, 2)
     assert "thermometer_k.u" in refused.stderr
+
+
+def test_recorded_fits_are_those_that_would_be_made(measured):
+    opened = open_measurement(measured / "j.h5")
+    kept, made = recorded_fits(opened, FitRequest("jewel", "d30")), fit_measurement(opened, FitRequest("jewel", "d30"))
+    assert [fit.frame for fit in kept] == [0, 1]
+    for one, other in zip(kept, made.frames, strict=True):
+        for name, estimate in other.parameters.items():
+            assert one.values[name] == pytest.approx(estimate.value, abs=0.05 * estimate.std)
+        assert np.array(one.covariance.matrix) == pytest.approx(np.array(other.covariance.matrix), rel=0.3)
+    # On-line fits are another question's answer as soon as anything of it differs.
+    assert recorded_fits(opened, FitRequest("jewel", "n50")) is None
+    assert recorded_fits(opened, FitRequest("thread", "d30")) is None
+    assert recorded_fits(opened, FitRequest("jewel", "d30", fixed={"f_nat_hz": 213.0})) is None
+    other_calibration = replace(opened, calibration_file="other.toml")
+    assert recorded_fits(other_calibration, FitRequest("jewel", "d30")) is None
+
+
+def test_all_budgets_or_the_one_that_is_asked_for(measured, tmp_path):
+    one, every = tmp_path / "one.json", tmp_path / "every.json"
+    assert here("budget", measured / "j.h5", "--json", one).returncode == 0
+    assert here("budget", measured / "j.h5", "--quantity", "all", "--json", every).returncode == 0
+    asked, all_of_them = json.loads(one.read_text()), json.loads(every.read_text())
+    keys = ["quantity", "value", "u", "dof", "k", "U", "coverage", "inputs", "correlations", "not_declared"]
+    assert list(asked)[: len(keys)] == keys
+    assert asked["quantity"] == "f_nat_hz"
+    assert asked["covariance"] == all_of_them["covariance"]
+    assert "m_r_am2" in [each["quantity"] for each in all_of_them["budgets"]]
 
 
 def test_a_series_shares_what_its_shots_share(measured):

@@ -2,6 +2,7 @@
 
 import json
 import math
+from xml.etree import ElementTree
 
 import pytest
 
@@ -9,9 +10,11 @@ from drivers.errors import InputError
 from platform_daemon import __version__
 from platform_daemon.core.schemas.base import EXAMPLES, to_json
 from platform_daemon.features.characterise.schema import CharacterisationReport, CharacteriseOutcome
+from platform_daemon.features.characterise.side_by_side.noise_schema import BreakEven, NoiseSweepReport
 from platform_daemon.features.reproduce.claims import claims_of, contradictions
 from platform_daemon.features.reproduce.command import outcome_in
 from platform_daemon.features.reproduce.findings import Findings
+from platform_daemon.features.reproduce.folder import write_claims
 from platform_daemon.features.reproduce.report import claims_latex, claims_text, count_text
 from platform_daemon.features.reproduce.schema import Claims
 from tests.kit.command_line import assert_one_line_error, here
@@ -77,6 +80,41 @@ def test_a_measured_number_is_judged_by_the_papers_error_and_ours(report):
     assert by_what(found, "thread: Q").ours is None
 
 
+def sweep_with(level, interval, reason=None):
+    crossing = BreakEven(quantity="f_nat_hz", level_am2_per_s=level, interval_am2_per_s=interval, reason=reason)
+    return NoiseSweepReport(draws=1, seed=1, curves=(), break_even=(crossing,))
+
+
+def test_a_break_even_point_is_judged_with_its_interval_and_its_absence_has_a_reason():
+    what = "level of noise from which on the jewel is more precise, natural frequency / A m2 s-1"
+    near = by_what(claims_of(Findings({}, sweep_with(0.2, (0.18, 0.22)))), what)
+    assert (near.verdict, near.ours, near.u) == ("agrees", 0.2, pytest.approx(0.01))
+    assert near.tolerance == pytest.approx(math.hypot(0.25 * 0.17, 0.03))
+    assert by_what(claims_of(Findings({}, sweep_with(0.4, (0.39, 0.41)))), what).verdict == "differs"
+    never = by_what(claims_of(Findings({}, sweep_with(None, None, "the second is more precise at every level"))), what)
+    assert (never.verdict, never.why) == (
+        "not_reproducible",
+        "no such level: the second is more precise at every level",
+    )
+    alone = by_what(claims_of(Findings({}, why_no_noise="only one of the resonators was measured")), what)
+    assert alone.why == "only one of the resonators was measured"
+
+
+@pytest.mark.long
+def test_the_folder_of_what_needs_no_measurement_is_whole(unmeasured, tmp_path):
+    write_claims(tmp_path, unmeasured, {}, {}, None)
+    for name in ("F_tan_over_epsilon", "F_tan_over_delta_y", "equilibrium_positions_defects", "simulation_lambda"):
+        ElementTree.parse(tmp_path / "figures" / f"{name}.svg")
+        assert (tmp_path / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("eq:TfoverI") == 2  # among the claims, and where the paper disagrees with itself
+    assert (tmp_path / "report.pdf").read_bytes().count(b"/Type /Page ") == 1 + 4 + 5  # words, claims, figures
+    keys = {"label", "what", "paper", "ours", "u", "tolerance", "verdict", "why", "command"}  # as issue 41 has them
+    told = json.loads((tmp_path / "claims.json").read_text())
+    assert list(told) == ["claims"]
+    assert {frozenset(claim) for claim in told["claims"]} == {frozenset(keys)}
+
+
 def test_where_the_paper_disagrees_with_itself_is_said_with_the_arithmetic():
     friction, quality, deflection = contradictions()
     assert "1.250 times" in friction
@@ -116,9 +154,23 @@ def test_folders_that_cannot_be_continued(report, tmp_path):
     write_log(tmp_path / "c", report)
     assert_one_line_error(here("reproduce", "--out", tmp_path / "c"), 2, "not empty", "--resume")
     assert_one_line_error(here("reproduce", "--out", tmp_path / "c", "--resume"), 2, "no campaign to continue")
-    kept = {"software_version": "0.0.1", "shots": 100, "tune": True, "ramp": True}
+    kept = {
+        "software_version": "0.0.1",
+        "platform": "simulated",
+        "changes": [],
+        "shots": 100,
+        "tune": True,
+        "ramp": True,
+    }
     (tmp_path / "c" / "campaign.json").write_text(json.dumps(kept))
     assert_one_line_error(here("reproduce", "--out", tmp_path / "c", "--resume"), 2, "0.0.1", __version__)
+    here_now = kept | {"software_version": __version__}
+    (tmp_path / "c" / "campaign.json").write_text(json.dumps(here_now))
+    other = ("--set", "backends.simulated.seed=7")
+    assert_one_line_error(here("reproduce", "--out", tmp_path / "c", "--resume", *other), 2, "changes", "seed=7")
+    assert_one_line_error(here("reproduce", "--out", tmp_path / "c", "--resume", "--quick"), 2, "shots: 100 there, 10")
+    (tmp_path / "c" / "campaign.json").write_text("{")
+    assert_one_line_error(here("reproduce", "--out", tmp_path / "c", "--resume"), 2, "no campaign to continue")
     both = ("--thread", "none", "--jewel", "none")
     assert_one_line_error(here("reproduce", "--out", tmp_path / "d", *both), 2, "no resonator is left")
 
@@ -129,6 +181,9 @@ def test_a_campaign_of_one_resonator_is_measured_and_continued(tmp_path):
     first = here("reproduce", "--out", tmp_path / "c", *made)
     assert first.returncode == 0, first.stderr
     claims = Claims.model_validate_json((tmp_path / "c" / "claims.json").read_text())
+    for name in ("report.html", "report.pdf", "figures/fit_plot_jewel.svg", "tables/fit_results_quality.csv"):
+        assert (tmp_path / "c" / name).stat().st_size > 200, name
+    assert json.loads((tmp_path / "c" / "campaign.json").read_text())["platform"] == "simulated"
     assert by_what(claims, "jewel: B_TX / uT").verdict == "agrees"
     assert by_what(claims, "thread: B_TX / uT").verdict == "not_reproducible"
     recording = (tmp_path / "c" / "jewel.h5").stat().st_mtime_ns

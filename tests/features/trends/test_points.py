@@ -62,7 +62,8 @@ def test_a_quick_look_in_another_window_now_and_then_makes_nothing_begin_anew():
         later = replace(made.points[0], at=(BEGIN + timedelta(hours=k)).isoformat())
         return replace(made, fit="n50 jewel" if quick else "d30 jewel", points=(later,))
 
-    report = specimen_trend("T", [one(k) for k in range(260)])
+    recordings = [one(k) for k in range(260)]
+    report = specimen_trend("T", recordings)
     (change,) = [each for each in report.changes if "f_nat_hz" in each.quantities]
     assert (change.name, change.since_recording, change.stands) == ("drift", "r200", True)
     assert change.relative == pytest.approx(-1e-4, rel=0.2)
@@ -70,6 +71,12 @@ def test_a_quick_look_in_another_window_now_and_then_makes_nothing_begin_anew():
     assert len(chart.value) == len(chart.corrected) == len(chart.score) == 260
     assert max(abs(a - b) for a, b in zip(chart.value, chart.corrected, strict=True)) < 0.05
     assert any("2 kinds of fits" in note for note in report.notes)
+    tail = specimen_trend("T", recordings, newest=30)
+    assert tail.notes[0] == "the newest 30 of 260 points are listed"
+    assert (tail.points, tail.changes) == (report.points[-30:], report.changes)
+    (listed,) = [each for each in tail.charts if each.quantity == "f_nat_hz"]
+    assert (listed.value, listed.ewma, listed.limit) == (chart.value[-30:], chart.ewma[-30:], chart.limit[-30:])
+    assert listed.relative_per_k == chart.relative_per_k
 
 
 def test_what_is_below_zero_now_and_then_is_told_relative_to_its_value_too():

@@ -69,6 +69,10 @@ def test_recordings_that_appear_are_in_the_trend_and_a_change_raises_an_alarm(cl
     assert client.post("/specimens/T 1/baseline", json=body).json()["by"] == "DC"
     assert name in {each["name"] for each in client.get("/alarms").json()["items"] if each["cleared"] is not None}
     assert client.get("/specimens/T 1/trend").json()["changes"] == []
+    kept = [client.get("/specimens/T 1/trend?newest=1000").json() for _ in range(2)]  # the second is not made again
+    assert kept[0] == kept[1] == client.get("/specimens/T 1/trend").json()
+    assert client.get("/specimens/T 1/trend?newest=2").json()["points"] == kept[0]["points"][-2:]
+    problem(client.get("/specimens/T 1/trend?newest=0"), 422)
     problem(client.post("/specimens/nobody/baseline", json=body), 404)
     problem(client.post("/specimens/T 1/baseline", json={"by": " ", "reason": "x"}), 422)
     (folder / ".baselines.json").unlink()

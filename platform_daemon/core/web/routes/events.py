@@ -7,7 +7,7 @@ import time
 from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Header, Query, Request
+from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from drivers.errors import InputError
@@ -28,7 +28,7 @@ _RECHECK_S = 1.0  # a listener may stay for months: its rights are checked again
 
 
 async def _followed(
-    request: Request, context: Shared, after: After = None, last_event_id: LastId = None
+    request: Request, response: Response, context: Shared, after: After = None, last_event_id: LastId = None
 ) -> AsyncIterator[AsyncIterator[KeptEvent]]:
     """The events of one listener, which is released at the end of the request, however that ends: FastAPI leaves the
     generators of a stream whose client does not read to the garbage collector.
@@ -38,7 +38,10 @@ async def _followed(
     if context.events.full:
         remedy = "close pages that are not needed, or poll the jobs every second"
         raise Busy("as many listen to events as may", why=f"{MOST_LISTENERS} do", remedy=remedy)
-    followed = context.events.follow(_first(after, last_event_id), lambda: may_still(request))
+    asked = _first(after, last_event_id)
+    first = context.events.newest() if asked is None else asked
+    response.headers["Last-Event-ID"] = str(first)
+    followed = context.events.follow(first, lambda: may_still(request))
     async with contextlib.aclosing(followed) as events:
         yield events
 
@@ -61,7 +64,9 @@ async def listen(request: Request, events: Followed, kind: Kinds = None) -> Asyn
     """Server-sent events of jobs, shots, on-line fits, devices, interlock, alarms and schedules.
 
     `event` is the kind, `id` the number, `data` the JSON of an Event.  Without `after` or `Last-Event-ID` only new
-    events are sent; with one of them all that the journal keeps since then (100 000 events).  A listener that falls a
+    events are sent; with one of them all that the journal keeps since then (100 000 events).  The header
+    `Last-Event-ID` of the answer is the number that the stream begins after: a listener that is cut off before its
+    first event misses none if it sends it.  A listener that falls a
     thousand events behind skips to newer ones, after an event of kind `dropped`.  If its token is revoked, the stream
     ends.
     """

@@ -31,18 +31,46 @@ function append(element, children) {
 }
 
 /**
- * Replaces the content of an element, unless it would be the same: what has the focus keeps it then.
+ * Gives an element other content.  What can be the same stays: the focus, an opened detail, and what need not be drawn
+ * anew.
  * @param {Element} element @param {...(Child | Child[])} children
  */
 export function fill(element, ...children) {
   const made = document.createElement("div");
   append(made, children);
-  if (made.childNodes.length === element.childNodes.length && made.innerHTML === element.innerHTML && !hasListeners(made))
+  if (!hasListeners(made) && !hasListeners(element)) {
+    become(element, made);
     return;
+  }
   const focused = document.activeElement;
   const key = focused && element.contains(focused) ? focused.getAttribute("data-key") : null;
   element.replaceChildren(...made.childNodes);
   if (key) /** @type {HTMLElement | null} */ (element.querySelector(`[data-key="${CSS.escape(key)}"]`))?.focus();
+}
+
+/** Makes the children of an element those of another one, which is used up. @param {Element} element @param {Element} other */
+function become(element, other) {
+  const before = [...element.childNodes];
+  const after = [...other.childNodes];
+  after.forEach((node, k) => {
+    const old = before[k];
+    if (!old) element.append(node);
+    else if (!alike(old, node)) old.replaceWith(node);
+    else if (old instanceof Element && node instanceof Element) become(old, node);
+    else if (old.nodeValue !== node.nodeValue) old.nodeValue = node.nodeValue;
+  });
+  for (const old of before.slice(after.length)) old.remove();
+}
+
+/** May a node stay where this one is to be?  Its attributes are made the same. @param {Node} old @param {Node} node */
+function alike(old, node) {
+  if (old.nodeName !== node.nodeName) return false;
+  if (!(old instanceof Element && node instanceof Element)) return true;
+  for (const name of node.getAttributeNames()) {
+    const value = node.getAttribute(name) ?? "";
+    if (old.getAttribute(name) !== value) old.setAttribute(name, value);
+  }
+  return old.getAttributeNames().every((name) => node.hasAttribute(name) || (name === "open" && old.nodeName === "DETAILS"));
 }
 
 /** @param {Element} element */

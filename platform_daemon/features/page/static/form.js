@@ -60,7 +60,7 @@ export class SchemaForm {
     }
     const choices = (schema.anyOf ?? []).filter((/** @type {JsonSchema} */ each) => each.type !== "null").map((/** @type {JsonSchema} */ each) => this.resolve(each));
     if (choices.length === 1) return { ...choices[0], ...schema, anyOf: undefined, nullable: true };
-    if (choices.length > 1) return { ...schema, anyOf: choices };
+    if (choices.length > 1) return { ...schema, anyOf: choices, nullable: choices.length < schema.anyOf.length };
     return schema;
   }
 
@@ -143,7 +143,7 @@ function inputFor(schema, { id, required }) {
   const list = schema.type === "array" && ["number", "integer", "string"].includes(itemType(schema));
   if (simple || list) {
     const input = h("input", { id, type: "text", inputmode: numeric ? "decimal" : null, placeholder, autocomplete: "off", spellcheck: "false" });
-    const one = (/** @type {string} */ text) => (schema.type === "string" || text === "" || Number.isNaN(Number(text)) ? text : Number(text));
+    const one = (/** @type {string} */ text) => (schema.nullable && text === "null" ? null : schema.type === "string" || text === "" || Number.isNaN(Number(text)) ? text : Number(text));
     const read = () => {
       const text = input.value.trim();
       if (text === "") return MISSING;

@@ -5,10 +5,12 @@ import { getPageFile } from "./api.js";
 
 /** @type {Record<string, Definition>} */
 let definitions = {};
+/** What is no parameter of a fit. @type {Record<string, Definition>} */
+const OTHERS = { temperature_c: { symbol: "temperature", display_unit: "°C", display_factor: 1, description: "Temperature of the platform" } };
 
 /** Loads symbols and units of the parameters, which the daemon defines. */
 export async function loadDefinitions() {
-  definitions = await getPageFile("parameters.json");
+  definitions = { ...(await getPageFile("parameters.json")), ...OTHERS };
 }
 
 /** @param {string} name @returns {Definition} */
@@ -45,17 +47,32 @@ export function significant(value, digits = 6) {
   return String(Number(value.toPrecision(digits)));
 }
 
+/** So many significant digits, also where the last are zeros: for what stands in a column. @param {number | null | undefined} value @param {number} digits */
+export function digits(value, digits) {
+  return value === null || value === undefined || !Number.isFinite(value) ? "–" : value.toPrecision(digits);
+}
+
 /** @param {number | null | undefined} tesla */
 export function microtesla(tesla) {
-  return tesla === null || tesla === undefined ? null : `${significant(tesla * 1e6, 4)} µT`;
+  return tesla === null || tesla === undefined ? null : `${significant(tesla * 1e6, 4)}\u00a0µT`;
+}
+
+/** @param {number | null | undefined} celsius */
+export function degrees(celsius) {
+  return celsius === null || celsius === undefined ? null : `${celsius.toFixed(2)}\u00a0°C`;
+}
+
+/** State and phase of a job, said once where they are the same. @param {any} job */
+export function stateOf(job) {
+  return job.progress.phase === job.state ? job.state : `${job.state}, ${job.progress.phase}`;
 }
 
 /** A duration in words. @param {number | null | undefined} seconds */
 export function duration(seconds) {
   if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return "–";
   const s = Math.max(0, seconds);
-  if (s < 10) return `${s.toFixed(1)} s`;
-  if (s < 120) return `${Math.round(s)} s`;
+  if (s < 10) return `${s.toFixed(1)}\u00a0s`;
+  if (s < 120) return `${Math.round(s)}\u00a0s`;
   if (s < 7200) return `${Math.floor(s / 60)} min ${Math.round(s % 60)} s`;
   if (s < 172800) return `${Math.floor(s / 3600)} h ${Math.round((s % 3600) / 60)} min`;
   return `${Math.round(s / 86400)} days`;
@@ -64,7 +81,7 @@ export function duration(seconds) {
 /** @param {number | null | undefined} bytes */
 export function size(bytes) {
   if (bytes === null || bytes === undefined) return "–";
-  return bytes >= 1e9 ? `${(bytes / 1e9).toFixed(1)} GB` : `${(bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0)} MB`;
+  return bytes >= 1e9 ? `${(bytes / 1e9).toFixed(1)}\u00a0GB` : `${(bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0)}\u00a0MB`;
 }
 
 const DATE = new Intl.DateTimeFormat(undefined, { dateStyle: "medium", timeStyle: "medium" });

@@ -51,7 +51,10 @@ async function route() {
   shown = {};
   failed = false;
   for (const link of document.querySelectorAll("#nav a")) {
-    if (link.getAttribute("href") === `#/${entry.id}`) link.setAttribute("aria-current", "page");
+    if (link.getAttribute("href") === `#/${entry.id}`) {
+      link.setAttribute("aria-current", "page");
+      link.scrollIntoView({ block: "nearest", inline: "center" }); // on a phone the bar is wider than the screen
+    }
     else link.removeAttribute("aria-current");
   }
   document.title = `${entry.name} · platform-daemon`;

@@ -5,8 +5,8 @@ import { significant, uncertain } from "./format.js";
 const HEIGHT = 240;
 const TABLE_ROWS = 20;
 const CROSS_PX = 4;
-/** Told apart by the colour-blind, on light and dark ground (Okabe and Ito), and by their dashes. */
-export const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#b0529b"];
+/** Colours that the colour-blind can distinguish, on light and dark ground (Okabe and Ito), and by their dashes. */
+export const COLOURS = matchMedia("(prefers-color-scheme: dark)").matches ? ["#56b4e9", "#e8833a", "#2cc29a", "#d894c0"] : ["#0072b2", "#d55e00", "#009e73", "#b0529b"];
 const DASHES = [[], [6, 3], [2, 3], [8, 3, 2, 3]];
 
 /** @typedef {{label: string, values: (number | null)[], low?: (number | null)[], high?: (number | null)[], points?: boolean, plainLine?: boolean, colour?: string}} Line */
@@ -38,10 +38,11 @@ export class Plot {
   constructor(place) {
     this.place = place;
     this.box = h("div", { class: "plot", tabindex: 0, role: "img", "aria-label": "Picture that is being loaded" });
+    this.name = h("p", { class: "title", "aria-hidden": "true" });
     this.legend = h("p", { class: "legend", "aria-hidden": "true" });
     this.readout = h("p", { class: "readout", role: "status" });
     this.behind = h("details", {}, h("summary", {}, "Table"));
-    place.replaceChildren(this.box, this.legend, this.readout, this.behind);
+    place.replaceChildren(this.name, this.box, this.legend, this.readout, this.behind);
     /** @type {any} */ this.chart = null;
     /** @type {Picture | null} */ this.picture = null;
     this.shape = "";
@@ -62,6 +63,7 @@ export class Plot {
   /** Draws a picture.  Where only its numbers are new, the chart stays. @param {Picture} picture */
   async draw(picture) {
     this.picture = picture;
+    this.name.textContent = picture.title;
     this.box.setAttribute("aria-label", `${picture.title}. ${picture.yLabel} over ${picture.xLabel}. Arrow keys move the cursor; a table follows.`);
     this.fillTable();
     this.fillLegend(picture);
@@ -101,7 +103,7 @@ export class Plot {
       scales: { x: { time: false }, y: picture.log ? { distr: 3 } : {} },
       axes: [
         { stroke: ink, grid, ticks: grid, label: picture.xLabel, labelSize: 20, size: 34, ...(picture.whole ? { incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000] } : {}) },
-        { stroke: ink, grid, ticks: grid, label: picture.yLabel, labelSize: 20, size: 76, values: axisValues(picture.log) },
+        { stroke: ink, grid: picture.log ? { ...grid, filter: decades } : grid, ticks: grid, label: picture.yLabel, labelSize: 20, size: 76, values: axisValues(picture.log) },
       ],
       hooks: {
         setSelect: [(/** @type {any} */ u) => {
@@ -187,7 +189,12 @@ function axisValues(log) {
     splits.map((v) => (v === null ? "" : log || (v !== 0 && (Math.abs(v) < 1e-3 || Math.abs(v) >= 1e6)) ? v.toExponential(log ? 0 : 1) : significant(v, 9)));
 }
 
-/** Is it told apart by its dashes, too? @param {Line} line */
+/** Of the places of a logarithmic axis the powers of ten. @param {any} _ @param {(number | null)[]} splits */
+function decades(_, splits) {
+  return splits.map((v) => (v !== null && Number.isInteger(Math.log10(Number(v.toPrecision(6)))) ? v : null));
+}
+
+/** Is it distinguished by its dashes, too? @param {Line} line */
 function isDashed(line) {
   return !line.plainLine && !line.points && !line.low;
 }

@@ -1,11 +1,13 @@
 // Devices: read-backs, faults, reset, self-test.
 import { get, getList, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
-import { plain, significant, unitOf, when, words } from "../format.js";
+import { degrees, plain, significant, unitOf, when, words } from "../format.js";
 import { refresh } from "../live.js";
 import { mayOperate } from "./job_actions.js";
 
 export const title = "Devices";
+/** @type {Record<string, string>} */
+const NAMES = { io_card: "I/O card", tx_rx_switch: "Tx/Rx switch", lna: "Receive amplifier (LNA)" };
 
 /** @param {HTMLElement} root */
 export async function show(root) {
@@ -48,7 +50,7 @@ export async function show(root) {
 /** @param {any} device */
 function card(device) {
   const { identity } = device;
-  return h("div", { class: "card" }, h("h2", {}, plain(device.device)),
+  return h("div", { class: "card" }, h("h2", {}, NAMES[device.device] ?? plain(device.device)),
     device.error && h("p", { class: "error" }, device.error),
     facts([
       ["Is", identity && [identity.manufacturer, identity.model, identity.serial, identity.firmware].filter(Boolean).join(", ")],
@@ -61,6 +63,6 @@ function card(device) {
 /** @param {string} key @param {any} value */
 function state(key, value) {
   if (typeof value === "boolean") return value ? "yes" : "no";
-  if (typeof value === "number") return `${significant(value)} ${unitOf(key)}`.trim();
+  if (typeof value === "number") return key === "temperature_c" ? degrees(value) : `${significant(value, 7)} ${unitOf(key)}`.trim();
   return value ?? "none";
 }

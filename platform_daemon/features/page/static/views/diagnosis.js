@@ -1,7 +1,7 @@
 // Diagnosis: the report, parameters before and after, adoption.
 import { get, request, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
-import { definitionOf, heading, parameter, plain, significant, uncertain, when } from "../format.js";
+import { definitionOf, heading, parameter, plain, significant, stateOf, uncertain, when } from "../format.js";
 import { pathOfJob } from "../live.js";
 import { jobActions, mayGovern } from "./job_actions.js";
 
@@ -20,7 +20,7 @@ async function showOne(root, id) {
   async function load() {
     const job = await get(pathOfJob(id));
     const r = job.result;
-    const head = facts([["Diagnosis", id], ["State", `${job.state}, ${job.progress.phase}`], ["Recordings", job.request.recordings.map((/** @type {any} */ each) => each.recording ?? each).join(", ")], ["Why it failed", job.error && h("span", { class: "bad" }, job.error.detail)]]);
+    const head = facts([["Diagnosis", id], ["State", stateOf(job)], ["Recordings", job.request.recordings.map((/** @type {any} */ each) => each.recording ?? each).join(", ")], ["Why it failed", job.error && h("span", { class: "bad" }, job.error.detail)]]);
     const buttons = h("p", { class: "buttons" }, jobActions(job, load), h("a", { href: `#/start/again/${id}` }, "Again"));
     if (!r?.verdict) {
       fill(root, head, buttons);

@@ -1,7 +1,7 @@
 // Queue and jobs: what waits, in its order; what has ended, and how.
 import { get, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
-import { duration, plain, when } from "../format.js";
+import { duration, plain, stateOf, when } from "../format.js";
 import { live, pathOfJob, refresh } from "../live.js";
 import { jobActions, mayOperate } from "./job_actions.js";
 
@@ -23,7 +23,7 @@ export async function show(root, parts) {
     const found = await get(/** @type {string} */ (pages.at(-1)));
     const waiting = (await get("jobs?state=queued&state=running&limit=200")).items;
     drawQueue(queue, waiting, load);
-    fill(list, table("Jobs", ["Job", "State", "Asked for", "Took or left", "What became of it", "Actions"], found.items.map((/** @type {any} */ job) => row(job, load))), h("p", { class: "buttons" },
+    fill(list, table("Jobs", ["Job", "State", "Asked for", "From request to end, or left", "What became of it", "Actions"], found.items.map((/** @type {any} */ job) => row(job, load))), h("p", { class: "buttons" },
       pages.length > 1 && h("button", { type: "button", onclick: () => { pages.pop(); load(); } }, "Newer"),
       found.next && h("button", { type: "button", onclick: () => { pages.push(found.next); load(); } }, "Older")));
   }
@@ -34,13 +34,13 @@ export async function show(root, parts) {
 
 /** @param {any} job */
 function name(job) {
-  return [plain(job.procedure ?? job.kind), job.resonator].filter(Boolean).join(" of ");
+  return (job.within ? "↳ " : "") + [plain(job.procedure ?? job.kind), job.resonator].filter(Boolean).join(" of ");
 }
 
 /** @param {any} job @param {() => void} load */
 function row(job, load) {
   const took = job.finished && job.created ? (Date.parse(job.finished) - Date.parse(job.created)) / 1000 : job.progress.time_left_s;
-  const became = job.error ?? (job.question ? `waits for you: ${job.question}` : job.recording ? h("a", { href: `#/series/${job.recording}` }, "series") : job.progress.phase);
+  const became = job.error ?? (job.question ? `waits for you: ${job.question}` : job.recording ? h("a", { href: `#/series/${job.recording}` }, "series") : job.kind === "diagnosis" ? h("a", { href: `#/diagnosis/${job.id}` }, "report") : stateOf(job));
   return [
     h("a", { href: `#/jobs/${job.id}` }, name(job)),
     h("span", { class: { done: "good", failed: "bad" }[/** @type {string} */ (job.state)] ?? "" }, job.paused ? "paused" : job.state),
@@ -93,7 +93,7 @@ async function showJob(root, id) {
     const simple = Object.entries(result).filter(([, value]) => ["string", "number"].includes(typeof value));
     fill(root, h("h2", {}, id), facts([
       ["State", job.paused ? "paused" : job.state],
-      ["Progress", `${job.progress.phase}, ${Math.round(100 * job.progress.fraction)} %, ${duration(job.progress.time_left_s)} left`],
+      ["Progress", job.finished ? null : `${job.progress.phase}, ${Math.round(100 * job.progress.fraction)} %, ${duration(job.progress.time_left_s)} left`],
       ["Asked for", when(job.created)], ["Began", when(job.started)], ["Ended", when(job.finished)],
       ["Times of its shots", job.clock && `${job.clock} time`],
       ["Why it failed", job.error && h("span", { class: "bad" }, job.error.detail)],

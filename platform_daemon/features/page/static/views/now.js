@@ -1,7 +1,7 @@
 // Now: the state of each device, the job that runs, the age of what is shown, and who did what.
 import { get } from "../api.js";
 import { facts, fill, h, table } from "../dom.js";
-import { duration, plain, significant, when } from "../format.js";
+import { degrees, duration, plain, significant, when } from "../format.js";
 import { live } from "../live.js";
 import { jobActions } from "./job_actions.js";
 
@@ -17,6 +17,9 @@ export function show(root) {
   let buttonsOf = "";
   const changes = h("div", { class: "card" });
   root.classList.add("cards");
+  const about = h("div");
+  const queue = h("div");
+  job.append(about, buttons, queue);
   root.replaceChildren(job, devices, events, changes);
 
   async function load() {
@@ -32,7 +35,9 @@ export function show(root) {
       buttonsOf = actionsKey;
       buttons.replaceChildren(...(live.job ? jobActions(live.job) : []));
     }
-    drawJob(job, buttons);
+    drawJob(about);
+    const waiting = live.platform.queued.length;
+    fill(queue, h("p", {}, waiting ? h("a", { href: "#/jobs" }, `${waiting} waiting`) : "Nothing waits."));
     fill(devices, h("h2", {}, "Devices"), deviceFacts(live.platform));
     fill(events, h("h2", {}, "Events"), eventTable());
   }
@@ -40,13 +45,11 @@ export function show(root) {
   return { update, load, concerns: (/** @type {any} */ what) => what.kind === "job", every_ms: 5000 };
 }
 
-/** @param {HTMLElement} place @param {HTMLElement} buttons */
-function drawJob(place, buttons) {
-  const { job, platform } = live;
-  const waiting = platform.queued.length;
-  const queue = h("p", {}, waiting ? h("a", { href: "#/jobs" }, `${waiting} waiting`) : "Nothing waits.");
+/** @param {HTMLElement} place */
+function drawJob(place) {
+  const { job } = live;
   if (!job) {
-    fill(place, h("h2", {}, "Idle"), h("p", {}, "No job runs. ", h("a", { href: "#/start" }, "Start one")), queue);
+    fill(place, h("h2", {}, "Idle"), h("p", {}, "No job runs. ", h("a", { href: "#/start" }, "Start one")));
     return;
   }
   const { progress } = job;
@@ -64,8 +67,6 @@ function drawJob(place, buttons) {
       ["Shots", job.recording && h("a", { href: `#/series/${job.recording}` }, "series so far")],
       ["Warnings", job.warnings?.join("; ")],
     ]),
-    buttons,
-    queue,
   );
 }
 
@@ -75,11 +76,11 @@ function deviceFacts(p) {
   return facts([
     ["Interlock", p.interlock ? `closed: ${p.interlock}` : "open: power may go out"],
     ["Power amplifier", amplifier.fault ? `FAULT: ${amplifier.fault}` : `${amplifier.enabled ? "ENABLED" : "off"}${amplifier.muted ? ", muted" : ""}${amplifier.clipped ? ", has clipped" : ""}`],
-    ["Heat sink", amplifier.temperature_c === null ? null : `${significant(amplifier.temperature_c, 3)} °C`],
+    ["Heat sink", degrees(amplifier.temperature_c)],
     ["Tx/Rx switch", p.tx_rx_switch.position],
     ["I/O card", p.io_card.state],
     ["Receive amplifier", `gain ${p.lna.gain}${p.lna.overloaded ? ", OVERLOADED" : ""}`],
-    ["Temperature", p.temperature_c === null ? "not measured" : `${significant(p.temperature_c, 4)} °C`],
+    ["Temperature", degrees(p.temperature_c) ?? "not measured"],
     ["Calibration", calibration(p.calibration)],
     ["Transmit calibration", p.transmit_calibration ? calibration(p.transmit_calibration) : "as the platform file declares"],
     ["Read back", when(p.read_at)],
@@ -88,7 +89,8 @@ function deviceFacts(p) {
 
 /** @param {{id: string, date: string | null}} used */
 function calibration(used) {
-  const age_days = used.date ? (Date.now() - Date.parse(used.date)) / 86_400_000 : NaN;
+  const now = Date.now() - (Number.isFinite(live.clock_off_s) ? 1000 * live.clock_off_s : 0); // by the clock of the daemon
+  const age_days = used.date ? (now - Date.parse(used.date)) / 86_400_000 : NaN;
   return Number.isFinite(age_days) ? `${used.id}, ${Math.max(0, Math.floor(age_days))} days old` : used.id;
 }
 

@@ -1,7 +1,7 @@
 // Ramp, live: z residual, statistic, threshold, what the next field is and why.
 import { get } from "../api.js";
 import { facts, fill, h, table } from "../dom.js";
-import { duration, microtesla, significant } from "../format.js";
+import { digits, duration, microtesla, significant, stateOf } from "../format.js";
 import { live, pathOfJob } from "../live.js";
 import { Plot } from "../plot.js";
 import { jobActions } from "./job_actions.js";
@@ -37,11 +37,12 @@ export async function show(root, parts) {
     const outcome = job.result.outcome;
     const found = outcome?.threshold_t;
     const next = outcome?.next_field;
+    const soFar = job.finished ? "" : ", so far";
     fill(head, facts([
-      ["Ramp", h("a", { href: `#/jobs/${id}` }, id)], ["State", `${job.state}, ${job.progress.phase}`], ["Time left", job.state === "running" ? duration(job.progress.time_left_s) : null],
+      ["Ramp", h("a", { href: `#/jobs/${id}` }, id)], ["State", stateOf(job)], ["Time left", job.state === "running" ? duration(job.progress.time_left_s) : null],
       ["Side modes count as visible from", outcome && `${significant(outcome.visible_am2_per_s, 3)} A m²/s`],
-      ["Threshold", found ? threshold(found) : outcome ? "not reached yet" : "no step yet"],
-      ["Operating field", outcome && microtesla(outcome.operating_field_t)], ["Highest field allowed from now on", outcome && microtesla(outcome.max_field_t)],
+      [`Threshold${soFar}`, found ? threshold(found) : outcome ? (job.finished ? "not reached" : "not reached yet") : "no step yet"],
+      [`Operating field${soFar}`, outcome && microtesla(outcome.operating_field_t)], [`Highest field allowed from now on${soFar}`, outcome && microtesla(outcome.max_field_t)],
       ["Chance to pass the threshold by a step", outcome && `${significant(100 * outcome.overdose_rate, 3)} % at most`],
       ["Overshoot", outcome?.overshoot_t ? microtesla(outcome.overshoot_t) : null],
       ["Next field", next ? `${microtesla(next.field_t)}: ${WHY[next.why]}; the threshold lies at or below it with a chance of ${significant(100 * next.chance, 2)} %` : null],
@@ -62,8 +63,8 @@ export async function show(root, parts) {
         title: "Posterior of the threshold", xLabel: "field / µT", xText: shared.xText, yLabel: "chance to lie at or below / %", x: curve.map((/** @type {any} */ c) => c.field_t * 1e6),
         limits: [100 * outcome.overdose_rate], verticals: next ? [next.field_t * 1e6] : [], lines: [{ label: "chance", values: curve.map((/** @type {any} */ c) => 100 * c.chance) }],
       });
-    fill(steps, h("p", { class: "hint" }, `Dashed: z residual from which side modes count as visible; threshold and its interval; in the posterior the chance of ${significant(100 * outcome.overdose_rate, 3)} % that no step may pass, and the next field.`), table("Field by field", ["Field", "Shots", "Deflection", "z residual", "Statistic", "Verdict"], list.map((/** @type {any} */ s) => [
-      microtesla(s.field_t), s.shots, s.phi_max_rad === null ? "–" : `${significant((s.phi_max_rad * 180) / Math.PI, 4)}°`, significant(s.z_residual_am2_per_s, 3), significant(s.statistic, 3), s.verdict])));
+    fill(steps, h("p", { class: "hint" }, `Dashed: z residual from which side modes count as visible; threshold and its interval; in the posterior the chance of ${significant(100 * outcome.overdose_rate, 3)} % that no step may pass, and the next field.`), table("Field by field", ["Field", "Shots", "Deflection / °", "z residual / A m² s⁻¹", "Statistic / log₁₀ e-value", "Verdict"], list.map((/** @type {any} */ s) => [
+      microtesla(s.field_t), s.shots, s.phi_max_rad === null ? "–" : digits((s.phi_max_rad * 180) / Math.PI, 4), s.z_residual_am2_per_s.toFixed(3), s.statistic.toFixed(2), s.verdict])));
   }
 
   draw();

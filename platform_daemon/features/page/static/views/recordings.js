@@ -1,11 +1,13 @@
 // Recordings: search, open, fit again, compare two, download.
 import { download, get, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
-import { definitionOf, duration, heading, parameter, plain, significant, size, when } from "../format.js";
+import { definitionOf, degrees, digits, duration, heading, microtesla, parameter, plain, significant, size, when } from "../format.js";
 import { mayOperate } from "./job_actions.js";
 
 export const title = "Recordings";
 const PAGE = 50;
+const MOST_FRAMES = 500;
+const COMPARED_FROM = 100; // frames, among which one must be good
 const LISTED = ["f_nat_hz", "m_r_am2"];
 const NONE = "none matches. A series leaves one when it has ended.";
 const COMPARED = ["f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2", "phi_max_rad"];
@@ -13,12 +15,12 @@ const COMPARED = ["f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2",
 /** @param {HTMLElement} root @param {string[]} parts */
 export async function show(root, parts) {
   if (parts[0] === "compare") return compare(root, parts[1], parts[2]);
-  if (parts[0]) return showOne(root, parts[0]);
+  if (parts[0] && parts[0] !== "of") return showOne(root, parts[0]);
   const list = h("div");
   const field = (/** @type {string} */ name, /** @type {string} */ text, /** @type {Record<string, any>} */ more = {}) => h("label", {}, text, " ", h("input", { name, type: "text", ...more }));
   const verdict = h("select", { name: "refused" }, h("option", { value: "" }, "any"), h("option", { value: "false" }, "without refused shots"), h("option", { value: "true" }, "with refused shots"));
   const form = h("form", { class: "filters", onsubmit: (/** @type {Event} */ event) => { event.preventDefault(); pages = [firstPage()]; load(); } },
-    field("specimen", "Specimen"), field("since", "Since", { type: "date" }), field("until", "Until", { type: "date" }), field("tag", "Tag"), field("operator", "Operator"), h("label", {}, "Shots ", verdict), h("button", {}, "Search"));
+    field("specimen", "Specimen", { value: parts[1] ?? "" }), field("since", "Since", { type: "date" }), field("until", "Until", { type: "date" }), field("tag", "Tag"), field("operator", "Operator"), h("label", {}, "Shots ", verdict), h("button", {}, "Search"));
   root.replaceChildren(form, list);
   const firstPage = () => {
     const query = new URLSearchParams([.../** @type {any} */ (new FormData(form))].filter(([, value]) => value));
@@ -36,7 +38,7 @@ export async function show(root, parts) {
     drawComparison();
     fill(list, comparison, table("Recordings", ["Recording", "Date", "Sample", "Frames", ...LISTED.map(heading), "Size", "Compare"], found.items.map((/** @type {any} */ each) => [
       h("a", { href: `#/recordings/${encodeURIComponent(each.id)}` }, each.id), [when(each.date), each.clock === "simulated" && " (simulated time)"], each.sample ?? each.resonator ?? each.variant ?? "", [each.frames, each.refused ? h("span", { class: "warn" }, `, ${each.refused} refused`) : null],
-      ...LISTED.map((name) => significant(each[name] === null ? null : each[name] * definitionOf(name).display_factor, 7)), size(each.size_bytes),
+      ...LISTED.map((name) => digits(each[name] === null ? null : each[name] * definitionOf(name).display_factor, 7)), size(each.size_bytes),
       [each.incomplete && h("span", { class: "warn" }, each.incomplete, " "), h("label", {}, h("input", { type: "checkbox", checked: chosen.includes(each.id), "aria-label": `Compare ${each.id}`, onchange: (/** @type {any} */ event) => {
         chosen = event.target.checked ? [...chosen, each.id].slice(-2) : chosen.filter((id) => id !== each.id);
         drawComparison();
@@ -54,26 +56,25 @@ async function showOne(root, id) {
   const path = `recordings/${encodeURIComponent(id)}`;
   let found;
   try {
-    found = await get(path);
+    found = await get(`${path}?limit=${MOST_FRAMES}`);
   } catch (error) {
     fill(root, errorBox(error), h("p", {}, h("a", { href: "#/recordings" }, "See what is there")));
     return;
   }
   const fits = h("div");
-  const refused = found.shots.filter((/** @type {any} */ shot) => shot.verdict !== "good").length;
   fill(root, h("h2", {}, found.title || id),
     facts([
       ["Id", id], ["Date", [when(found.start_time), found.clock === "simulated" && " (simulated time)"]], ["Sample", found.sample], ["Operator", found.operator], ["Comment", found.comment],
-      ["Frames", `${found.frames}, ${refused} refused`], ["Model", found.variant], ["RX window", duration(found.windows?.rx?.seconds)],
+      ["Frames", `${found.frames}, ${found.frames - found.good} refused`], ["Model", found.variant], ["RX window", duration(found.windows?.rx?.seconds)],
       ["Sampling rate", `${significant(found.rate_hz, 7)} Hz`], ["Calibration", found.calibration?.id ?? "none"], ["Size", size(found.size_bytes)],
       ["Incomplete", found.incomplete],
     ]),
     h("p", { class: "buttons" }, actionButton("Download", () => download(`${path}/file`, found.file)), h("a", { href: `#/start/fit/${id}` }, "Fit again"), h("a", { href: `#/start/diagnose/${id}` }, "Diagnose"), id.startsWith("acquisition-") && h("a", { href: `#/series/${id}` }, "Parameters by shot")),
     fits,
-    table("Frames", ["Frame", "Time", "Verdict", "Field", "Temperature", "Why refused"], found.shots.slice(0, 500).map((/** @type {any} */ shot) => [
+    table("Frames", ["Frame", "Time", "Verdict", "Field", "Temperature", "Why refused"], found.shots.map((/** @type {any} */ shot) => [
       h("a", { href: `#/shot/${id}/${shot.frame}` }, `frame ${shot.frame}`), when(shot.time_stamp), shot.blank ? "blank" : shot.verdict,
-      shot.excitation ? `${significant(shot.excitation.field_t * 1e6, 4)} µT` : "", shot.temperature_c === null ? "" : `${significant(shot.temperature_c, 4)} °C`, shot.reason])),
-    found.shots.length > 500 && h("p", {}, `The first 500 of ${found.shots.length} frames.`));
+      microtesla(shot.excitation?.field_t), degrees(shot.temperature_c), shot.reason])),
+    found.frames > found.shots.length && h("p", {}, `The first ${found.shots.length} of ${found.frames} frames. `, id.startsWith("acquisition-") && h("a", { href: `#/series/${id}` }, "See the last ones")));
   const { items: jobs } = await get("jobs?kind=fit&limit=50");
   const own = (await Promise.all(jobs.map((/** @type {any} */ job) => get(job.path)))).filter((job) => job.request.recording === id);
   fill(fits, table("Fits made again", ["When", "Model", "Window", "State", ...COMPARED.slice(0, 2).map(heading)], own.map((job) => [
@@ -91,7 +92,7 @@ function firstGood(frames, name) {
 async function compare(root, one, other) {
   root.textContent = "Fitting a shot of each …";
   const found = await Promise.all([one, other].map(async (id) => {
-    const info = await get(`recordings/${encodeURIComponent(id)}`);
+    const info = await get(`recordings/${encodeURIComponent(id)}?limit=${COMPARED_FROM}`);
     const shot = info.shots.find((/** @type {any} */ each) => each.verdict === "good" && !each.blank);
     const fit = shot ? (await get(`recordings/${encodeURIComponent(id)}/frames/${shot.frame}/plot?points=2`, { slow: true })).fit : null;
     return { info, shot, fit };
@@ -102,12 +103,12 @@ async function compare(root, one, other) {
     ["Date", ...found.map(({ info }) => when(info.start_time)), ""],
     ["Sample", ...found.map(({ info }) => info.sample), ""],
     ["Calibration", ...found.map(({ info }) => info.calibration?.id ?? "none"), ""],
-    ["Temperature", ...found.map(({ shot }) => (shot?.temperature_c ? `${significant(shot.temperature_c, 4)} °C` : "–")), ""],
-    ["Field", ...found.map(({ shot }) => (shot?.excitation ? `${significant(shot.excitation.field_t * 1e6, 4)} µT` : "–")), ""],
+    ["Temperature", ...found.map(({ shot }) => degrees(shot?.temperature_c) ?? "–"), ""],
+    ["Field", ...found.map(({ shot }) => microtesla(shot?.excitation?.field_t) ?? "–"), ""],
     ["χ²/dof", ...found.map(({ fit }) => significant(fit?.chi2_per_dof, 4)), ""],
     ...names.map((name) => {
       const [p, q] = [a.fit.parameters[name], b.fit.parameters[name]];
       return [heading(name), parameter(name, p), parameter(name, q), significant((q.value - p.value) / Math.hypot(p.std ?? 0, q.std ?? 0), 3)];
     }),
-  ]), h("p", { class: "hint" }, "Standard deviations are those of single fits: what differs from shot to shot, as the temperature, is not in them."), found.some(({ fit }) => fit?.verdict !== "good") && h("p", { class: "warn" }, found.map(({ fit }) => plain(fit?.reason ?? "")).join(" ")));
+  ]), h("p", { class: "hint" }, "Standard deviations are those of single fits: what differs from shot to shot, as the temperature, is not in them.", a.info.sample && a.info.sample === b.info.sample && [" ", h("a", { href: `#/specimens/${encodeURIComponent(a.info.sample)}` }, `See ${a.info.sample} at one temperature`), "."]), found.some(({ fit }) => fit?.verdict !== "good") && h("p", { class: "warn" }, found.map(({ fit }) => plain(fit?.reason ?? "")).join(" ")));
 }

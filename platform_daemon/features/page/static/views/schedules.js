@@ -33,7 +33,7 @@ export async function show(root, parts) {
       return instants(found).map((due) => ({ due, name: each.request.name, trigger: each.request.trigger }));
     }));
     fill(calendar, h("h2", {}, `What is due in the next ${DAYS} days`), days(coming.flat().sort((a, b) => Date.parse(a.due) - Date.parse(b.due))),
-      coming.filter((due) => due.length >= COMING).map((due) => h("p", { class: "hint" }, `${due[0].name} (${trigger(due[0].trigger)}) is due after `, when(due.at(-1)?.due), " as well.")));
+      coming.filter((due) => due.length >= COMING && Date.parse(due.at(-1)?.due ?? "") < Date.now() + DAYS * 86_400_000).map((due) => h("p", { class: "hint" }, `${due[0].name} (${trigger(due[0].trigger)}) is due after `, when(due.at(-1)?.due), " as well.")));
   }
 
   /** @param {any} schedule @param {string} what */

@@ -32,7 +32,7 @@ export async function show(root, parts) {
   const plots = new Map();
   /** @type {Point[]} */
   let points = [];
-  let chosen = [...FIRST, "chi2_per_dof"];
+  let chosen = [...FIRST, "chi2_per_dof", "temperature_c"];
 
   async function load() {
     points = await readPoints(id, points);
@@ -82,7 +82,7 @@ async function newestSeries() {
 /** The shots of a series so far; from `before` those are kept whose fits are complete, the others are read again. @param {string} id @param {Point[]} before @returns {Promise<Point[]>} */
 async function readPoints(id, before) {
   if (id.startsWith("procedure-")) return stepPoints(await get(`procedures/${id}`));
-  if (!id.startsWith("acquisition-")) return recordedPoints(await get(`recordings/${encodeURIComponent(id)}`));
+  if (!id.startsWith("acquisition-")) return recordedPoints(`recordings/${encodeURIComponent(id)}`);
   const pending = before.findIndex((point, k) => k >= before.length - FITS_BEHIND && point.verdict === "good" && !point.blank && !point.parameters.f_nat_hz);
   const points = before.slice(0, pending < 0 ? before.length : pending);
   if (!points.length) {
@@ -110,8 +110,13 @@ function shotPoint(id, shot) {
   return {
     at: shot.shot, label: `shot ${shot.shot}`, href: `#/shot/${id}/${shot.frame}`, blank: shot.blank,
     verdict: refused ? "refused" : "good", reason: shot.reason ?? (shot.blank ? null : (shot.fit?.reason ?? null)),
-    parameters: shot.fit?.parameters ?? {}, chi2: shot.fit?.chi2_per_dof ?? null,
+    parameters: { ...shot.fit?.parameters, ...temperature(shot) }, chi2: shot.fit?.chi2_per_dof ?? null,
   };
+}
+
+/** What else a metrologist asks for, where it was measured. @param {any} shot @returns {Record<string, {value: number, std: null}>} */
+function temperature({ temperature_c: value }) {
+  return value === null || value === undefined ? {} : { temperature_c: { value, std: null } };
 }
 
 /** Steps of a procedure: medians of their shots. @param {any} job @returns {Point[]} */
@@ -127,11 +132,13 @@ function stepPoints(job) {
   });
 }
 
-/** @param {any} recording @returns {Point[]} */
-function recordedPoints(recording) {
+/** @param {string} path @returns {Promise<Point[]>} */
+async function recordedPoints(path) {
+  const { frames } = await get(`${path}?limit=0`);
+  const recording = await get(`${path}?first=${Math.max(0, frames - MOST_SHOTS)}`);
   return recording.shots.map((/** @type {any} */ shot) => ({
     at: shot.frame + 1, label: `frame ${shot.frame}`, href: `#/shot/${recording.id}/${shot.frame}`, verdict: shot.verdict,
-    reason: shot.reason || null, blank: shot.blank, parameters: {}, chi2: null,
+    reason: shot.reason || null, blank: shot.blank, parameters: temperature(shot), chi2: null,
   }));
 }
 
@@ -144,7 +151,7 @@ function picture(name, points) {
   const shift = (/** @type {number} */ sign) => points.map((p) => { const v = value(p); return v === null ? null : factor * (v + sign * std(p)); });
   const label = isChi2 ? "χ²/dof" : heading(name);
   const [middle, scatter] = spread(points, name).map((each) => factor * each);
-  const usual = points.length < FEW ? [] : [middle - 3 * scatter, middle, middle + 3 * scatter];
+  const usual = points.length < FEW || name === "temperature_c" ? [] : [middle - 3 * scatter, middle, middle + 3 * scatter];
   return {
     title: `${label} by shot`, xLabel: "shot", whole: true, yLabel: label, x: points.map((p) => p.at), limits: isChi2 ? [1] : usual,
     marks: points.filter((p) => p.verdict !== "good").map((p) => p.at),

@@ -38,7 +38,7 @@ export async function show(root, parts) {
     }
     const base = `recordings/${encodeURIComponent(place.recording)}/frames/${place.frame}`;
     fill(heading, `Frame ${place.frame}`);
-    fill(walk, h("a", { href: `#/series/${place.recording}` }, place.recording), neighbours(place));
+    fill(walk, h("a", { href: `#/series/${place.recording}` }, place.recording), neighbours(place, follows));
     const stretch = `start_s=${from}${Number.isFinite(to) ? `&stop_s=${to}` : ""}`;
     const points = to - from <= SHORT_S ? SAMPLES : POINTS;
     fill(zoomed, h("span", {}, Number.isFinite(to) || from > 0 ? `From ${significant(from, 4)} s to ${significant(to, 4)} s ` : "Drag in the picture of the signal to zoom: finer data are loaded. "), zoomButtons());
@@ -84,11 +84,11 @@ function gone(error) {
   return error.status === 404 ? h("p", {}, "It may have been deleted. ", h("a", { href: "#/recordings" }, "See what is there")) : null;
 }
 
-/** @param {{recording: string, frame: number}} place */
-function neighbours({ recording, frame }) {
+/** Links to the shots before and after; after the newest there is none. @param {{recording: string, frame: number}} place @param {boolean} newest */
+function neighbours({ recording, frame }, newest) {
   return [
     frame > 0 && h("a", { href: `#/shot/${recording}/${frame - 1}` }, "← earlier"),
-    h("a", { href: `#/shot/${recording}/${frame + 1}` }, "later →"),
+    !newest && h("a", { href: `#/shot/${recording}/${frame + 1}` }, "later →"),
   ];
 }
 
@@ -114,7 +114,7 @@ async function newestShot() {
       const page = await get(`acquisitions/${newest.id}/shots?after=${shots - 1}&limit=1000`);
       if (page.items.length) return { recording: newest.recording, frame: page.items.at(-1).frame };
     }
-    const { frames } = await get(`recordings/${encodeURIComponent(newest.recording)}`);
+    const { frames } = await get(`recordings/${encodeURIComponent(newest.recording)}?limit=0`);
     return { recording: newest.recording, frame: frames - 1 };
   } catch (error) {
     if (/** @type {any} */ (error).status === 404) return { recording: "", frame: NaN };
@@ -181,8 +181,8 @@ function drawNumbers(place, fit) {
     table("Standard deviation in brackets, at the last digits", ["Parameter", "Value", "Unit"], rows, `none: ${fit.reason ?? "no fit"}`),
     facts([
       ["χ² per degree of freedom", chi2 === null ? null : h("span", { class: chi2 > CHI2_ODD ? "warn" : "" }, `${chi2.toFixed(3)}${chi2 > CHI2_ODD ? ", more than noise is left over" : ""}`)],
-      ["By channel", fit.chi2_per_dof_by_channel?.map((/** @type {number} */ each) => significant(each, 4)).join(", ")],
-      ["Whiteness of the residual", fit.whiteness_by_channel?.map((/** @type {number} */ each) => significant(each, 3)).join(", ")],
+      ["By channel", fit.chi2_per_dof_by_channel?.map((/** @type {number} */ each) => each.toFixed(3)).join(", ")],
+      ["Whiteness of the residual", fit.whiteness_by_channel?.map((/** @type {number} */ each) => each.toFixed(2)).join(", ")],
       ["Window", duration(fit.window_s)],
       ["Warnings", fit.warnings.map(plain).join("; ")],
       ["Notes", fit.notes.join("; ")],

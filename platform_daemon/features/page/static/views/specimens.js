@@ -1,11 +1,12 @@
 // Specimens: facts, field limits, presets, models, and the trend with control limits and named changes.
 import { get, getList, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
-import { definitionOf, heading, microtesla, significant, when } from "../format.js";
+import { definitionOf, degrees, heading, microtesla, significant, when } from "../format.js";
 import { Plot } from "../plot.js";
 import { mayOperate } from "./job_actions.js";
 
 export const title = "Specimens";
+const NEWEST = 1000; // points, for which the daemon has a trend ready
 
 /** @param {HTMLElement} root @param {string[]} parts */
 export async function show(root, parts) {
@@ -23,14 +24,14 @@ async function showOne(root, name) {
   root.replaceChildren(h("h2", {}, name), about, changes, pictures);
   const found = await get(path, { slow: true });
   fill(about, facts([
-    ["Recordings", h("a", { href: `#/recordings` }, found.recordings)], ["Shots", found.shots], ["First", when(found.first)], ["Last", when(found.last)],
+    ["Recordings", h("a", { href: `#/recordings/of/${encodeURIComponent(name)}` }, found.recordings)], ["Shots", found.shots], ["First", when(found.first)], ["Last", when(found.last)],
     ["Calibrations", Object.entries(found.calibrations).map(([each, count]) => `${each} (${count})`).join(", ")], ["Tags", found.tags.join(", ")],
     ["Models adopted", found.models.map((/** @type {any} */ each) => each.label ?? each.name ?? each).join(", ")],
   ]), table("Resonators", ["Resonator", "Model", "Recordings", "Highest field", "Operating field", "Preset"], found.resonators.map((/** @type {any} */ each) => [
     each.key ?? each.name, each.variant, each.recordings, microtesla(each.max_field_t) ?? "not found by a ramp", microtesla(each.operating_field_t) ?? "–", preset(each.sequence)])));
   let trend;
   try {
-    trend = await get(`${path}/trend`, { slow: true });
+    trend = await get(`${path}/trend?newest=${NEWEST}`, { slow: true });
   } catch (error) {
     fill(changes, errorBox(error));
     return;
@@ -38,29 +39,33 @@ async function showOne(root, name) {
   fill(changes, table("What changed, by name", ["Since", "What, and what to do", "By", "Noticed"], trend.changes.map((/** @type {any} */ each) => [
     when(each.since), each.what, `${significant(100 * each.relative, 3)} %`, [when(each.noticed), each.stands ? "" : " (over)"]]), "nothing but chance"),
   trend.notes.length > 0 && h("ul", {}, trend.notes.map((/** @type {string} */ note) => h("li", {}, note))));
+  changes.append(table("What the temperature does, as far as the points tell", ["Quantity", "Coefficient / 10⁻⁶ K⁻¹"], trend.charts.filter((/** @type {any} */ chart) => chart.relative_per_k !== null).map((/** @type {any} */ chart) => [
+    h("abbr", { title: definitionOf(chart.quantity).description }, definitionOf(chart.quantity).symbol), `${significant(1e6 * chart.relative_per_k, 3)} ± ${significant(1e6 * chart.relative_per_k_std, 2)}${chart.quantity.startsWith("rodrigues") ? " (of rad)" : ""}`]), "not known yet"));
   if (trend.changes.some((/** @type {any} */ each) => each.stands)) changes.append(accept(path));
   const times = trend.points.map((/** @type {any} */ point) => Date.parse(point.at));
-  const days = times.map((/** @type {number} */ at) => (at - times[0]) / 86_400_000);
-  if (days.length < 2) {
+  const span_ms = Math.max(...times) - times[0];
+  const [unit, unit_ms] = span_ms > 3 * 86_400_000 ? ["days", 86_400_000] : span_ms > 3 * 3_600_000 ? ["hours", 3_600_000] : ["minutes", 60_000];
+  const since = times.map((/** @type {number} */ at) => (at - times[0]) / unit_ms);
+  if (since.length < 2) {
     fill(pictures, h("p", {}, "Trends are drawn from the second recording on."));
     return;
   }
-  const plots = trend.charts.flatMap((/** @type {any} */ chart) => draw(pictures, chart, days, trend.points));
+  const plots = trend.charts.flatMap((/** @type {any} */ chart) => draw(pictures, chart, { x: since, xLabel: `${unit} since the first point` }, trend.points));
   return { close: () => plots.forEach((/** @type {Plot} */ plot) => plot.close()) };
 }
 
-/** @param {HTMLElement} pictures @param {any} chart @param {number[]} days @param {any[]} points */
-function draw(pictures, chart, days, points) {
+/** @param {HTMLElement} pictures @param {any} chart @param {{x: number[], xLabel: string}} axis @param {any[]} points */
+function draw(pictures, chart, axis, points) {
   const factor = definitionOf(chart.quantity).display_factor;
   const scaled = (/** @type {(number | null)[]} */ values) => values.map((v) => (v === null ? null : v * factor));
-  const xText = (/** @type {number} */ x) => points[days.indexOf(x)]?.at.slice(0, 16).replace("T", " ") ?? String(x);
+  const xText = (/** @type {number} */ x) => points[axis.x.indexOf(x)]?.at.slice(0, 16).replace("T", " ") ?? String(x);
   const onPick = (/** @type {number} */ k) => { location.hash = `#/recordings/${points[k].recording}`; };
-  const shared = { x: days, xLabel: "days since the first point", xText, onPick };
+  const shared = { ...axis, xText, onPick };
   const places = [h("div"), h("div")];
   pictures.append(...places);
   const [value, score] = places.map((place) => new Plot(place));
-  value.draw({ ...shared, title: `${heading(chart.quantity)} at the reference temperature`, yLabel: heading(chart.quantity), lines: [
-    { label: "corrected", values: scaled(chart.corrected), points: true }, { label: "as measured", values: scaled(chart.value), points: true }] });
+  value.draw({ ...shared, title: `${heading(chart.quantity)} at ${degrees(chart.reference_c) ?? "no known temperature"}`, yLabel: heading(chart.quantity), lines: [
+    { label: "at that temperature", values: scaled(chart.corrected), points: true }, { label: "as measured", values: scaled(chart.value), points: true }] });
   const negative = chart.limit.map((/** @type {number | null} */ v) => (v === null ? null : -v));
   score.draw({ ...shared, title: `${definitionOf(chart.quantity).symbol}: weighted mean with control limits`, yLabel: "deviation / σ", lines: [
     { label: "EWMA", values: chart.ewma }, { label: "upper limit", values: chart.limit, colour: "#d55e00" }, { label: "lower limit", values: negative, colour: "#d55e00" }] });

@@ -119,6 +119,8 @@ async function offerResonators(form) {
   const list = h("datalist", { id: "resonators" }, all.map((each) => h("option", { value: each.id }, each.name)));
   input.after(list);
   input.setAttribute("list", "resonators");
+  const hint = document.getElementById(`${input.id}-hint`);
+  if (hint && all.length) hint.textContent = `One of ${all.map((each) => each.id).join(", ")}.`;
   const showPreset = () => {
     const preset = all.find((each) => each.id === input.value)?.sequence;
     for (const each of form.fields) {

@@ -1,0 +1,30 @@
+"""Who issues a certificate to whom: what no recording knows."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Text = Annotated[str, Field(min_length=1, max_length=200)]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class Contact(_Section):
+    """A laboratory or a customer."""
+
+    name: Text = Field(description="Its name.")
+    city: Text = Field(description="Where it is.")
+    country: Annotated[str, Field(pattern="^[A-Z]{2}$")] = Field(description="Country, two letters (ISO 3166-1).")
+
+
+class CertificateDetails(_Section):
+    """What `--details FILE` holds."""
+
+    number: Text = Field(description="Number of the certificate, unique to the laboratory.")
+    person: Text = Field(description="Who is responsible, and signs.")
+    laboratory: Contact
+    customer: Contact

@@ -1,0 +1,73 @@
+"""A certificate as PDF/A-3b, by fpdf2, which embeds fonts and colour profile and refuses what the standard forbids."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+import matplotlib
+from fpdf import FPDF
+from fpdf.enums import DocumentCompliance
+
+from .schema import CertificateReport
+from .words import TITLE, facts, result_row, statement
+
+_FONT = "DejaVu"
+_LINE_MM, _SIZE = 5.5, 9.0
+
+
+def certificate_pdf(report: CertificateReport) -> bytes:
+    """The document; the same report gives the same bytes."""
+    pdf = FPDF(format="A4", enforce_compliance=DocumentCompliance.PDFA_3B)
+    pdf.set_creation_date(datetime.fromisoformat(f"{report.issued}T00:00:00+00:00"))
+    pdf.set_title(f"{TITLE} {report.number}")
+    pdf.set_lang("en")
+    fonts = Path(matplotlib.get_data_path(), "fonts", "ttf")
+    pdf.add_font(_FONT, "", fonts / "DejaVuSans.ttf")
+    pdf.add_font(_FONT, "B", fonts / "DejaVuSans-Bold.ttf")
+    pdf.set_auto_page_break(True, 20)
+    pdf.add_page()
+    pdf.set_font(_FONT, "B", 15)
+    pdf.cell(0, 12, TITLE, new_x="LMARGIN", new_y="NEXT")
+    for name, value in facts(report):
+        _pair(pdf, name, value)
+    _heading(pdf, "Results")
+    pdf.set_font(_FONT, "", _SIZE)
+    with pdf.table(first_row_as_headings=True, line_height=_LINE_MM) as table:
+        for cells in (("quantity", "value", "U", "k"), *map(result_row, report.results)):
+            row = table.row()
+            for cell in cells:
+                row.cell(cell)
+    _paragraph(pdf, statement(report))
+    _list(pdf, "Method", report.method)
+    _list(pdf, "Traceability", [f"{each.name}: u = {each.u:.4g}; {each.source}" for each in report.traceability])
+    _list(pdf, "Not contained in U", report.not_contained or ("nothing that is known of",))
+    _list(pdf, "Raw data", [f"{each.file}, SHA-256 {each.sha256}" for each in report.files])
+    _heading(pdf, "Signature")
+    pdf.ln(14)
+    _paragraph(pdf, f"{report.person}, {report.laboratory.name}                    Date:")
+    return bytes(pdf.output())
+
+
+def _heading(pdf: FPDF, text: str) -> None:
+    pdf.ln(2)
+    pdf.set_font(_FONT, "B", 11)
+    pdf.cell(0, 8, text, new_x="LMARGIN", new_y="NEXT")
+
+
+def _pair(pdf: FPDF, name: str, value: str) -> None:
+    pdf.set_font(_FONT, "B", _SIZE)
+    pdf.cell(32, _LINE_MM, name)
+    pdf.set_font(_FONT, "", _SIZE)
+    pdf.multi_cell(0, _LINE_MM, value, new_x="LMARGIN", new_y="NEXT")
+
+
+def _paragraph(pdf: FPDF, text: str) -> None:
+    pdf.set_font(_FONT, "", _SIZE)
+    pdf.multi_cell(0, _LINE_MM, text, new_x="LMARGIN", new_y="NEXT")
+
+
+def _list(pdf: FPDF, heading: str, lines: tuple[str, ...] | list[str]) -> None:
+    _heading(pdf, heading)
+    for line in lines:
+        _paragraph(pdf, line)

@@ -1,0 +1,72 @@
+"""A certificate as JSON."""
+
+from __future__ import annotations
+
+from platform_daemon.core.schemas.base import Schema
+from platform_daemon.core.schemas.fits import FileDigest
+from platform_daemon.features.budget.schema import BudgetReport
+
+
+class CertificateContact(Schema):
+    """A laboratory or a customer."""
+
+    name: str
+    """Its name."""
+    city: str
+    """Where it is."""
+    country: str
+    """Country, two letters (ISO 3166-1)."""
+
+
+class TraceabilityLine(Schema):
+    """An input of the results and where it is known from."""
+
+    name: str
+    """Of the input, in words."""
+    u: float
+    """Standard uncertainty, in the unit of the input."""
+    source: str
+    """Instrument, certificate or observation."""
+
+
+class CertificateReport(Schema):
+    """A calibration certificate."""
+
+    number: str
+    """Its number."""
+    issued: str
+    """Date of issue, ISO 8601."""
+    laboratory: CertificateContact
+    """Who issues it."""
+    customer: CertificateContact
+    """To whom."""
+    person: str
+    """Who is responsible, and signs."""
+    item: str
+    """Name of the resonator."""
+    sample: str
+    """Identification of the specimen; "": the recordings name none."""
+    variant: str
+    """Its bearing."""
+    method: tuple[str, ...]
+    """How the values were found, with the version of the software."""
+    measured_from: str
+    """Day of the first shot, ISO 8601."""
+    measured_to: str
+    """Day of the last shot."""
+    temperature_c: float | None
+    """Mean temperature, to which the values belong, degrees Celsius; null: not measured."""
+    shots: int
+    """Shots that the values are the mean of."""
+    traceability: tuple[TraceabilityLine, ...]
+    """The inputs of type B, and the calibration."""
+    results: tuple[BudgetReport, ...]
+    """The values with their budgets."""
+    cone_rad: float | None
+    """Half angle of the cone that contains a direction fixed to the rotor, at the coverage, rad; null: none."""
+    valid_until: str | None
+    """First day on which a certificate of an input expires, ISO 8601; null: none of them says one."""
+    not_contained: tuple[str, ...]
+    """Influences that U does not contain, with what they add per unit."""
+    files: tuple[FileDigest, ...]
+    """Recordings."""

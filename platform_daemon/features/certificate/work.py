@@ -1,0 +1,148 @@
+"""What a certificate says, and when it is refused."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from datetime import date, datetime
+from pathlib import Path
+
+from drivers.errors import InputError
+from drivers.specimen import Specimen
+from drivers.uncertainty import DeclaredUncertainty, Influence
+from platform_daemon import __version__
+from platform_daemon.core.schemas.parameters import definition_of
+from platform_daemon.features.budget.declared import declared_in
+from platform_daemon.features.budget.schema import BudgetReport
+from platform_daemon.features.budget.work import ResultBudgets, series_budgets
+from platform_daemon.features.budget.written import budget_report
+from platform_daemon.features.diagnose.evidence import file_digests
+from platform_daemon.features.fit.fit_request import FitRequest
+from platform_daemon.features.fit.known_moment import declared_specimen
+from platform_daemon.features.fit.measurement import Measurement, VoltageMeasurement
+
+from .details import CertificateDetails, Contact
+from .schema import CertificateContact, CertificateReport, TraceabilityLine
+
+STATED = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
+"""Parameters that a certificate states, as far as the model has them."""
+
+
+def certificate_of(
+    specimen: Specimen,
+    measurement: Measurement,
+    ask: FitRequest,
+    details: CertificateDetails,
+    *,
+    declared: DeclaredUncertainty | None = None,
+    issued: date,
+    coverage: float = 0.95,
+) -> CertificateReport:
+    """The certificate of a specimen by one recording of several shots.
+
+    declared: before what the recording declares.  Raises InputError for a recording of another specimen, one without
+    calibration, and where an influence that nobody has declared dominates, or one whose effect is not known.
+    """
+    where = str(measurement.path)
+    recording = measurement.recording if isinstance(measurement, VoltageMeasurement) else None
+    if recording is None or recording.provenance is None or measurement.calibration is None:
+        remedy = "give a calibrated recording of this software"
+        raise InputError("nothing can be certified by this file", where=where, remedy=remedy)
+    own = declared_specimen(recording)
+    if own is None or own.name != specimen.name:
+        what = f"it is of {own.name!r}, not of {specimen.name!r}" if own is not None else "it names no resonator"
+        raise InputError(what, where=where, remedy="give a recording of the specimen")
+    found = series_budgets(measurement, ask, declared=declared, coverage=coverage)
+    results = tuple(budget_report(each) for each in found.budgets if each.quantity in STATED)
+    refuse_dominated(results, where)
+    said = declared_in(recording).under(declared)
+    stamps = [info.time_stamp for info in recording.frame_info if info.time_stamp]
+    days = sorted(datetime.fromisoformat(stamp).date() for stamp in stamps) or [
+        date.fromisoformat(recording.provenance.start_time[:10])
+    ]
+    calibration = measurement.calibration
+    return CertificateReport(
+        number=details.number,
+        issued=issued.isoformat(),
+        laboratory=_contact(details.laboratory),
+        customer=_contact(details.customer),
+        person=details.person,
+        item=specimen.name,
+        sample=recording.provenance.sample_name,
+        variant=specimen.variant,
+        method=(
+            f"ring-down of the resonator after excitation, fitted with the equation of motion of the {ask.label} "
+            f"bearing over the window {ask.window}; mean of {len(found.frames)} shots",
+            f"platform-daemon {__version__}; recorded by {recording.provenance.software_version}",
+            "uncertainty by JCGM 100:2008, coverage factor of the t distribution",
+            f"receive calibration {calibration.identifier or 'without a name'} of {(calibration.date or '')[:10]}",
+        ),
+        measured_from=days[0].isoformat(),
+        measured_to=days[-1].isoformat(),
+        temperature_c=found.temperature_c,
+        shots=len(found.frames),
+        traceability=_traceability(results),
+        results=results,
+        cone_rad=found.cone_rad,
+        valid_until=_valid_until(said),
+        not_contained=_not_contained(found),
+        files=file_digests([measurement.path]),
+    )
+
+
+def refuse_dominated(results: Sequence[BudgetReport], where: str) -> None:
+    """Raises InputError if something that nobody has declared adds, at the size by which it is judged, more than all
+    that is declared together, or adds what is not known."""
+    found = []
+    for each in results:
+        for missing in each.not_declared:
+            adds = missing.would_add_per_unit
+            if missing.name.startswith("model (N50 and D30 agree"):
+                continue  # it was looked for
+            if adds is None or missing.name.startswith("model ") or adds > each.u:
+                found.append(f"{each.quantity}: {missing.name}" + ("" if adds is None else f" adds {adds:.3g}"))
+    if found:
+        raise InputError(
+            "no certificate: what nobody has declared dominates",
+            where=where,
+            why="; ".join(found),
+            remedy="declare it in [uncertainty] of platform or resonator, or give --uncertainty FILE",
+        )
+
+
+def _contact(contact: Contact) -> CertificateContact:
+    return CertificateContact(name=contact.name, city=contact.city, country=contact.country)
+
+
+def _traceability(results: Sequence[BudgetReport]) -> tuple[TraceabilityLine, ...]:
+    lines = {line.name: line for each in results for line in each.inputs if line.type == "B"}
+    return tuple(TraceabilityLine(name=name, u=line.u, source=line.source) for name, line in lines.items())
+
+
+def _valid_until(said: DeclaredUncertainty) -> str | None:
+    papers = [
+        each.certificate.valid_until
+        for name in type(said).model_fields
+        if isinstance(each := getattr(said, name), Influence) and each.certificate is not None
+    ]
+    known = [day for day in papers if day is not None]
+    return min(known).isoformat() if known else None
+
+
+def _not_contained(found: ResultBudgets) -> tuple[str, ...]:
+    lines = []
+    for each in found.budgets:
+        if each.quantity in STATED:
+            unit = definition_of(each.quantity).unit
+            for missing in each.not_declared:
+                if not missing.name.startswith("model (N50") and not math.isnan(missing.would_add_per_unit):
+                    lines.append(f"{each.quantity}: {missing.name}: {missing.would_add_per_unit:.3g} {unit}")
+    return tuple(lines)
+
+
+def read_details(path: Path) -> CertificateDetails:
+    """Of a TOML file.  Raises ConfigError."""
+    from drivers.validation import validated
+    from platform_daemon.core.settings import read_toml
+
+    return validated(CertificateDetails, read_toml(path)[0], str(path))

@@ -1,0 +1,83 @@
+"""Calibrations of measurands on disk: one file per version, written whole, never overwritten."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from drivers.errors import InputError
+from drivers.text_files import read_text_file
+from drivers.validation import validated
+from platform_daemon.core.recordings.index import Broken
+from platform_daemon.core.schemas.base import to_json
+from platform_daemon.core.state.versioned import Version, VersionedFolder
+
+from .schema import MeasurandCalibration
+
+
+class UnknownMeasurand(InputError):
+    """No calibration of a measurand has that name or version."""
+
+    title = "Unknown measurand"
+    http_status = 404
+
+
+class Measurands:
+    """The calibrations in a folder; it need not exist before the first is added."""
+
+    def __init__(self, folder: Path) -> None:
+        self._files = VersionedFolder(folder, r"\.json")
+
+    def add(self, key: str, made: Callable[[int], MeasurandCalibration]) -> MeasurandCalibration:
+        """Keep a calibration as the next version; made: from its number.  Raises StorageError."""
+        kept: list[MeasurandCalibration] = []
+
+        def content(number: int, _: str) -> bytes:
+            kept[:] = [made(number)]
+            return to_json(kept[0], indent=1).encode()
+
+        self._files.add(key, ".json", content)
+        return kept[0]
+
+    def get(self, text: str) -> MeasurandCalibration:
+        """KEY@VERSION, or KEY: its newest version.  Raises UnknownMeasurand, InputError for a damaged file."""
+        name, at, number = text.partition("@")
+        versions = self._files.versions(name)
+        wanted = [v for v in versions if not at or str(v.number) == number]
+        if not wanted:
+            known = ", ".join(v.path.stem for v in self._files.versions()) or "none yet"
+            why, remedy = f"there are: {known}", "`platform-daemon measurand calibrate` makes one"
+            raise UnknownMeasurand(f"no calibration {text!r}", where="measurands", why=why, remedy=remedy)
+        return _read(wanted[-1])
+
+    def of_specimen(self, specimen: str) -> MeasurandCalibration:
+        """The newest calibration of a specimen, by its name.  Raises UnknownMeasurand."""
+        found = [each for each in self.all()[0] if each.specimen == specimen]
+        if not found:
+            remedy = "`platform-daemon measurand calibrate` makes one, or name another specimen's"
+            raise UnknownMeasurand(f"{specimen!r} is not calibrated as a sensor", where="measurands", remedy=remedy)
+        return max(found, key=lambda each: (each.ended, each.version))
+
+    def all(self) -> tuple[list[MeasurandCalibration], list[Broken]]:
+        """Every version of every calibration, and the files that hold none."""
+        found, broken = [], []
+        for version in self._files.versions():
+            try:
+                found.append(_read(version))
+            except InputError as error:
+                broken.append(Broken(version.path.stem, version.path, error))
+        return found, broken
+
+
+def _read(version: Version) -> MeasurandCalibration:
+    try:
+        found = validated(MeasurandCalibration, json.loads(read_text_file(version.path)), version.path.name)
+        if (found.key, found.version) != (version.name, version.number):
+            raise ValueError(f"it holds {found.label}")
+    except (OSError, ValueError, RecursionError, InputError) as error:
+        why = error.what if isinstance(error, InputError) else str(error)
+        remedy = "restore the file from a copy, or calibrate again"
+        what = "is no calibration of a measurand"
+        raise InputError(what, where=str(version.path), why=why, remedy=remedy) from None
+    return found

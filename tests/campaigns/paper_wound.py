@@ -1,0 +1,236 @@
+"""Which undeclared effects make the fits of N50 and D30 disagree as the paper's do (tab:model_params_fit_result)?
+
+A search over effects of the simulated platform, single and a torque with a signal: the resonator's own parameters and
+the strengths are fitted to the published means and the lengths of the D30 windows; the nRMSE test what is found. As a
+program it prints each explanation with its chi^2: python -m tests.campaigns.paper_wound --variant thread
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.errors import PlatformError
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.result import FitResult
+from sim_backend.study import play
+from tests.kit.simulated_bench import CLOCK, Bench, specimen, timeline
+from tests.kit.undeclared_shots import STEADY, calibrated_record
+
+_STEADY = STEADY | {"effects__friction_scatter__enabled": False}
+_REFUSED = 1e4  # residual of a published number for which the simulated fit was refused
+_THREAD_LAMBDA_PER_S = 0.2465  # held in the jewel's N50 fits (tab:model_fit_params)
+_NRMSE_SD = 0.01  # %, of what noise and printed digits leave
+_RX_S = {"thread": 5.6, "jewel": 2.0}  # the thread's D30 window is 4.9 s long
+_LONGEST = 10.0  # of a step, in the scales of the parameters
+_DEG = math.degrees(1.0)
+
+
+@dataclass(frozen=True)
+class Published:
+    """A number of the paper, its window, and the standard error of its mean over 100 shots."""
+
+    window: str
+    name: str
+    value: float
+    sd: float
+
+
+def _published(rows: Mapping[str, Sequence[tuple[str, float, float]]]) -> tuple[Published, ...]:
+    return tuple(Published(window, *row) for window, found in rows.items() for row in found)
+
+
+PUBLISHED = {
+    "thread": _published(
+        {
+            "n50": [("f_nat_hz", 215.53, 0.008), ("m_r_am2", 11.647e-3, 2e-7), ("lambda_per_s", 0.2466, 1.2e-4),
+                    ("phi_max_deg", 21.8, 0.04), ("nrmse", 1.42, _NRMSE_SD)],
+            "d30": [("f_nat_hz", 215.69, 0.008), ("m_r_am2", 11.014e-3, 4e-7), ("lambda_per_s", 0.2465, 1e-4),
+                    ("phi_max_deg", 22.8, 0.04), ("nrmse", 3.33, _NRMSE_SD), ("window_s", 4.90, 0.003)],
+        }
+    ),
+    "jewel": _published(
+        {
+            "n50": [("f_nat_hz", 212.93, 0.013), ("m_r_am2", 12.262e-3, 1.4e-6), ("tf_over_i_rad_per_s2", 1063.0, 37.7),
+                    ("phi_max_deg", 52.4, 0.05), ("nrmse", 1.38, _NRMSE_SD)],
+            "d30": [("f_nat_hz", 213.25, 0.019), ("m_r_am2", 12.028e-3, 1.43e-5), ("lambda_per_s", 0.0978, 0.0121),
+                    ("tf_over_i_rad_per_s2", 1324.0, 35.3), ("phi_max_deg", 53.0, 0.06), ("nrmse", 4.39, _NRMSE_SD),
+                    ("window_s", 1.28, 0.031)],
+        }
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An undeclared effect as a table of the platform, without its strength; first: where the search begins; scale: of
+    a step."""
+
+    label: str
+    table: tuple[tuple[str, Any], ...]
+    first: float
+    scale: float
+
+    def at(self, strength: float) -> dict[str, Any]:
+        """The table of the platform."""
+        return dict(self.table) | {"strength": strength}
+
+
+def _candidate(label: str, first: float, scale: float, **table: Any) -> Candidate:
+    return Candidate(label, tuple(table.items()), first, scale)
+
+
+TORQUES = (
+    _candidate("coulomb_friction", 20.0, 10.0, id="coulomb_friction"),
+    _candidate("hertz_friction", 20.0, 10.0, id="hertz_friction"),
+    _candidate("quadratic_drag", 1e-4, 1e-4, id="quadratic_drag"),
+    _candidate("angle_dependent_damping", 0.1, 0.1, id="angle_dependent_damping"),
+    _candidate("restoring_anharmonicity", 0.01, 0.01, id="restoring_anharmonicity"),
+    _candidate("torsion_stiffness", 0.01, 0.01, id="torsion_stiffness"),
+    _candidate("bias_torque", 1000.0, 1000.0, id="bias_torque"),
+    _candidate("frequency_drift", 0.03, 0.03, id="frequency_drift"),
+)
+SIGNALS = (
+    _candidate("channel_gain of u", -0.03, 0.01, id="channel_gain", axis="y"),
+    _candidate("receive_lowpass of u", 5e-5, 5e-5, id="receive_lowpass", axis="y"),
+    _candidate("channel_delay of u", 2e-5, 2e-5, id="channel_delay", axis="y"),
+    _candidate("receiver_compression", 0.1, 0.1, id="receiver_compression"),
+    _candidate("crosstalk of v into u", 0.01, 0.01, id="crosstalk", **{"from": "x", "to": "y"}),
+)
+_NON_NEGATIVE = {"coulomb_friction", "hertz_friction", "quadratic_drag", "receive_lowpass", "channel_delay"}
+_START = {
+    "thread": {"f_nat_hz": 215.69, "m_r_am2": 11.1e-3, "lambda_per_s": 0.22, "field_t": 215e-6},
+    "jewel": {"f_nat_hz": 213.2, "m_r_am2": 12.1e-3, "lambda_per_s": 0.1, "tf_over_i_rad_per_s2": 1300.0,
+              "field_t": 490e-6},
+}  # fmt: skip
+_STEP = {"f_nat_hz": 0.05, "m_r_am2": 5e-5, "lambda_per_s": 0.01, "tf_over_i_rad_per_s2": 30.0, "field_t": 3e-6}
+
+
+def fitted_numbers(variant: str, own: Mapping[str, float], undeclared: Sequence[Mapping[str, Any]]) -> dict[Any, float]:
+    """What the fits of N50 and D30 find of one shot of a resonator with these effects; by (window, name)."""
+    bench = Bench(None, undeclared=[dict(effect) for effect in undeclared], seed=1, **_STEADY)
+    base = specimen(variant)
+    measured = {name: value for name, value in own.items() if name != "field_t"}
+    rotor = base.model_copy(update={"measured": base.measured.model_copy(update=measured)})
+    program = timeline(bench.channels[0], own["field_t"], rx=int(_RX_S[variant] * CLOCK.rate_hz))
+    (shot,) = play(bench.backend, rotor, program, shots=1, lna_gain=40.0)
+    record = calibrated_record(bench, shot.volts)
+    long = fit_ring_down(record, variant, "d30")
+    held = {} if variant == "thread" else {"lambda_per_s": _THREAD_LAMBDA_PER_S}
+    short = fit_ring_down(record, variant, "n50", fixed=held)
+    return {(window, name): value for window, fit in (("n50", short), ("d30", long)) for name, value in _told(fit)}
+
+
+def _told(fit: FitResult) -> Iterator[tuple[str, float]]:
+    for name, estimate in fit.parameters.items():
+        yield name, estimate.value
+    if fit.parameters:
+        yield "phi_max_deg", _DEG * fit.parameters["phi_max_rad"].value
+    if fit.nrmse is not None:
+        yield "nrmse", 100.0 * fit.nrmse
+    if fit.window_s is not None:
+        yield "window_s", fit.window_s
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The best that a set of effects does.
+
+    Attributes:
+        labels, strengths: of the effects; own: of the resonator, SI.
+        residuals: (simulated - published) / sd, in the order of PUBLISHED; of the nRMSE too, which were not fitted.
+    """
+
+    variant: str
+    labels: tuple[str, ...]
+    strengths: tuple[float, ...]
+    own: dict[str, float]
+    residuals: tuple[float, ...]
+
+    @property
+    def chi2(self) -> float:
+        """Sum of the squares without the nRMSE."""
+        return float(np.sum(np.square(np.array(self.residuals)[fitted_rows(self.variant)])))
+
+
+def fitted_rows(variant: str) -> NDArray[np.bool_]:
+    """Numbers that are fitted: all but the nRMSE, which are quadratic in the strengths, and test what is found."""
+    return np.array([p.name != "nrmse" for p in PUBLISHED[variant]])
+
+
+def explain(variant: str, effects: Sequence[Candidate], steps: int = 6) -> Explanation:
+    """Fit the resonator and the strengths to what is published: derivatives at the start, then Broyden's steps."""
+    start, rows = _START[variant], fitted_rows(variant)
+    names = list(start)
+    scale = np.array([*(_STEP[name] for name in names), *(e.scale for e in effects)])
+    origin = np.array([*start.values(), *(e.first for e in effects)])
+
+    def residuals(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        own, strengths = _values(names, origin + scale * x)
+        tables = [e.at(s) for e, s in zip(effects, strengths, strict=True)]
+        found = fitted_numbers(variant, own, tables)
+        numbers = [(found[p.window, p.name] - p.value) / p.sd if (p.window, p.name) in found else _REFUSED
+                   for p in PUBLISHED[variant]]  # fmt: skip
+        return np.array(numbers)
+
+    x = np.zeros(len(origin))
+    here = residuals(x)
+    jacobian = np.stack([residuals(step) - here for step in np.eye(len(origin))], axis=1)
+    best = x, here
+    for _ in range(steps):
+        step = -np.linalg.lstsq(jacobian[rows], here[rows])[0]
+        step *= min(1.0, _LONGEST / float(np.max(np.abs(step))))
+        try:
+            there = residuals(x + step)
+        except PlatformError:  # no such world, as with a negative friction
+            break
+        if np.any(there[rows] == _REFUSED):
+            break
+        jacobian += np.outer(there - here - jacobian @ step, step) / float(step @ step)
+        x, here = x + step, there
+        best = min(best, (x, here), key=lambda one: float(np.sum(np.square(one[1][rows]))))
+    own, strengths = _values(names, origin + scale * best[0])
+    return Explanation(variant, tuple(e.label for e in effects), tuple(strengths), own, tuple(best[1].tolist()))
+
+
+def _values(names: Sequence[str], values: NDArray[np.float64]) -> tuple[dict[str, float], list[float]]:
+    numbers = values.tolist()
+    return dict(zip(names, numbers, strict=False)), numbers[len(names) :]
+
+
+def hypotheses() -> list[tuple[Candidate, ...]]:
+    """None, each effect alone, and each torque with each signal."""
+    return [(), *((c,) for c in (*TORQUES, *SIGNALS)), *itertools.product(TORQUES, SIGNALS)]
+
+
+def main() -> None:
+    """Search, and print each explanation as it is found."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--variant", choices=sorted(PUBLISHED), help="one of them only")
+    parser.add_argument("--only", action="append", help="explanations with these effects only, as `a + b`; none: ``")
+    asked = parser.parse_args()
+    for variant in [asked.variant] if asked.variant else PUBLISHED:
+        for effects in hypotheses():
+            label = " + ".join(e.label for e in effects)
+            if asked.only is None or label in asked.only:
+                print(told(explain(variant, effects)), flush=True)
+
+
+def told(found: Explanation) -> str:
+    """A line."""
+    named = ", ".join(f"{n} {s:.4g}" for n, s in zip(found.labels, found.strengths, strict=True)) or "none"
+    own = ", ".join(f"{n} {v:.6g}" for n, v in found.own.items())
+    published = PUBLISHED[found.variant]
+    off = " ".join(f"{p.window}.{p.name}:{r:+.1f}" for p, r in zip(published, found.residuals, strict=True))
+    return f"{found.variant}: chi2 {found.chi2:.1f} with {named}; {own}; in standard errors {off}"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,266 @@
+"""Resonators as sensors: calibrated against a noisy reference with lag, read blind, and what is refused."""
+
+import json
+import math
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+
+from drivers.errors import InputError
+from drivers.specimen import Measurand
+from platform_daemon.core.settings import load_specimen
+from platform_daemon.features.measurand.reference_file import Reference, read_reference
+from platform_daemon.features.measurand.work import Sensor, Shots, calibrated, report_of
+from tests.kit.command_line import assert_one_line_error, here
+
+PRESSURE = Measurand(
+    name="pressure",
+    unit="mbar",
+    degree=2,
+    corrected_for="temperature",
+    reference={"u": 0.05, "source": "certificate of the barometer"},
+)
+DAY_S, START_S = 86400.0, datetime(2026, 3, 1, tzinfo=UTC).timestamp()
+SCATTER_HZ, BAROMETER_MBAR = 0.02, 0.1
+
+
+class PressureSensor:
+    """The truth of a pressure sensor: f of pressure and temperature, and how both go."""
+
+    def __init__(self, seed):
+        self.random = np.random.default_rng(seed)
+        self.phases = self.random.uniform(0.0, 2.0 * np.pi, 4)
+        self.barometer_mbar = 0.05 * self.random.standard_normal()  # what all readings of the reference have in common
+
+    def at(self, times_s):
+        hours = (times_s - START_S) / 3600.0
+        mbar = 1000.0 + 25.0 * np.sin(hours / 9.0 + self.phases[0]) + 10.0 * np.sin(hours / 2.0 + self.phases[1])
+        celsius = 22.0 + 3.0 * np.sin(hours / 5.0 + self.phases[2]) + np.sin(hours / 1.3 + self.phases[3])
+        return mbar, celsius
+
+    def f_hz(self, mbar, celsius):
+        d = mbar - 1000.0
+        return 213.0 - 0.06 * d + 1e-4 * d**2 - 0.23 * (celsius - 22.0)
+
+    def shots(self, begin_s, count, step_s):
+        times = begin_s + step_s * np.arange(count)
+        mbar, celsius = self.at(times)
+        f = self.f_hz(mbar, celsius) + SCATTER_HZ * self.random.standard_normal(count)
+        shots = Shots(
+            frames=tuple(range(count)),
+            times_s=times,
+            f_hz=f,
+            std_hz=np.full(count, 1e-4),
+            celsius=celsius + 0.01 * self.random.standard_normal(count),
+            refused=(),
+        )
+        return shots, mbar
+
+    def reference(self, begin_s, end_s, step_s=60.0):
+        times = np.arange(begin_s - 600.0, end_s + 600.0, step_s)
+        noise = BAROMETER_MBAR * self.random.standard_normal(len(times))
+        return Reference(times, self.at(times)[0] + self.barometer_mbar + noise, np.full(len(times), BAROMETER_MBAR))
+
+
+def pressure_campaign(seed, readings):
+    """Calibrate for two days, and read blind for a week: which readings are covered, and their resolution."""
+    sensor = PressureSensor(seed)
+    shots, _ = sensor.shots(START_S, 200, 900.0)
+    reference = sensor.reference(START_S, START_S + 200 * 900.0)
+    made = calibrated("a pressure sensor", PRESSURE, shots, reference, 1)
+    week, mbar = sensor.shots(START_S + 3.0 * DAY_S, readings, 6.0 * DAY_S / readings)
+    inside = (mbar > made.valid_from) & (mbar < made.valid_to)
+    report = report_of("blind", week, made)
+    told = {reading.frames[0]: reading for reading in report.shots}
+    hits = [abs(told[k].value - mbar[k]) <= told[k].U for k in range(readings) if k in told and inside[k]]
+    return hits, made, report
+
+
+def temperature_campaign(seed, readings):
+    """The same of a temperature sensor that follows the thermometer with a time constant of 300 s."""
+    random = np.random.default_rng(seed)
+    lag_s, offset_k = 300.0, 0.02 * random.standard_normal()
+    times = np.arange(START_S, START_S + 8.0 * DAY_S, 60.0)
+    hours = (times - START_S) / 3600.0
+    phases = random.uniform(0.0, 2.0 * np.pi, 2)
+    celsius = 22.0 + 3.0 * np.sin(hours / 4.0 + phases[0]) + np.sin(hours / 0.7 + phases[1])
+    thermometer = Reference(times, celsius, np.full(len(times), 1e-9))
+    inside, _ = thermometer.at(times, lag_s)
+    noise = 0.02 * random.standard_normal(len(times))
+    reference = Reference(times, celsius + offset_k + noise, np.full(len(times), 0.02))
+
+    def shots(places):
+        f = 213.0 - 0.23 * (inside[places] - 22.0) + 0.002 * random.standard_normal(len(places))
+        nothing = np.full(len(places), np.nan)
+        return Shots(
+            frames=tuple(range(len(places))),
+            times_s=times[places],
+            f_hz=f,
+            std_hz=np.full(len(places), 1e-4),
+            celsius=nothing,
+            refused=(),
+        )
+
+    declared = Measurand(name="temperature", unit="degC", longest_lag_s=1500.0, reference={"u": 0.02})
+    made = calibrated("a temperature sensor", declared, shots(np.arange(60, 2 * 1440, 15)), reference, 1)
+    week = np.sort(random.choice(np.arange(2 * 1440, 8 * 1440 - 1), readings, replace=False))
+    report = report_of("blind", shots(week), made)
+    hits = [abs(each.value - inside[week[each.frames[0]]]) <= each.U for each in report.shots]
+    return hits, made, report
+
+
+def test_a_pressure_sensor_is_calibrated_and_read_blind():
+    hits, made, report = pressure_campaign(1, 60)
+    assert np.mean(hits) >= 0.85
+    assert made.resolution == pytest.approx(SCATTER_HZ / 0.06, rel=0.2)
+    assert made.cross_validation.covered > 0.9
+    assert made.parameters["per_k"] == pytest.approx(-0.23, abs=0.01)
+    assert not made.hysteresis_hz.significant
+    assert report.shots[0].inputs[0].name == "scatter"
+    mean = report.mean
+    assert {line.name for line in mean.inputs} >= {"scatter", "reference", "calibration"}
+    assert mean.U < report.shots[0].U
+    assert mean.U > 1.96 * 0.05  # what all readings of the reference have in common is not made less by a mean
+
+
+def test_a_temperature_sensor_finds_its_lag():
+    hits, made, _ = temperature_campaign(2, 60)
+    assert made.lag_s == pytest.approx(300.0, abs=4.0 * made.lag_std_s)
+    assert made.lag_std_s < 30.0
+    assert np.mean(hits) >= 0.85
+
+
+@pytest.mark.long
+def test_coverage_of_blind_weeks():
+    """U covers in 93 to 97 %: pressure and temperature sensors, each with its own calibration and a week."""
+    for campaign in (pressure_campaign, temperature_campaign):
+        hits, resolution = [], []
+        for seed in range(100):
+            found, made, _ = campaign(seed, 100)
+            hits += found
+            resolution.append(made.resolution)
+        print(campaign.__name__, np.mean(hits), len(hits), np.mean(resolution))
+        assert 0.93 <= np.mean(hits) <= 0.97
+
+
+@pytest.fixture(scope="module")
+def sensor():
+    shots, _ = PressureSensor(3).shots(START_S, 200, 900.0)
+    return calibrated("sensor", PRESSURE, shots, PressureSensor(3).reference(START_S, START_S + 180e3), 1)
+
+
+def test_extrapolation_is_refused_unless_asked_for(sensor):
+    reader = Sensor.by(sensor)
+    far = PressureSensor(0).f_hz(sensor.valid_to + 20.0, 22.0)
+    with pytest.raises(InputError, match=r"outside of the calibration.*--extrapolate"):
+        reader.read(far, 22.0, None)
+    told, outside = reader.read(far, 22.0, None, extrapolate=True)
+    assert outside
+    assert told.value == pytest.approx(sensor.valid_to + 20.0, abs=3.0)
+    with pytest.raises(InputError, match="outside of the temperatures"):
+        reader.read(213.0, 40.0, None)
+    with pytest.raises(InputError, match="temperature was not measured"):
+        reader.read(213.0, None, None)
+
+
+def test_a_calibration_that_turns_is_refused_with_the_place():
+    sensor = PressureSensor(4)
+    shots, mbar = sensor.shots(START_S, 100, 900.0)
+    turned = Shots(
+        frames=shots.frames, times_s=shots.times_s, f_hz=213.0 + 1e-3 * (mbar - 1000.0) ** 2, std_hz=shots.std_hz,
+        celsius=shots.celsius, refused=(),
+    )  # fmt: skip
+    with pytest.raises(InputError, match=r"inverse is ambiguous.*f turns at 1000|f turns at 99"):
+        calibrated("sensor", PRESSURE, turned, sensor.reference(START_S, START_S + 90e3), 1)
+
+
+def test_too_few_pairs_and_none_at_all():
+    sensor = PressureSensor(5)
+    shots, _ = sensor.shots(START_S, 5, 900.0)
+    with pytest.raises(InputError, match="5 pairs for 4 parameters"):
+        calibrated("sensor", PRESSURE, shots, sensor.reference(START_S, START_S + 9e3), 1)
+    with pytest.raises(InputError, match=r"no shot has a reading.*check zone"):
+        calibrated("sensor", PRESSURE, shots, sensor.reference(START_S + 5 * DAY_S, START_S + 6 * DAY_S), 1)
+
+
+LINE = "2026-03-01T00:0{}:00+00:00,{},{}"
+GOOD = [LINE.format(k, 1000 + k, 0.1) for k in range(4)]
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (["time,pressure [hPa],u [hPa]", *GOOD], r"the reference is in hPa, the measurand in mbar.*convert"),
+        (["time,pressure,u", *GOOD], "names no unit"),
+        (["time,force [mbar],u [mbar]", *GOOD], "the column is called 'force'"),
+        (["time,pressure [mbar],u [mbar]", "2026-03-01T00:00:00,1000,0.1", *GOOD[1:]], r"line 2: .*no zone"),
+        (["time,pressure [mbar],u [mbar]", GOOD[1], GOOD[0]], "not after the one before"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], LINE.format(1, 1000, 0)], "standard uncertainty is 0"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], LINE.format(1, "nan", 1)], "not finite"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], "yesterday,1000,0.1"], "not a time and numbers"),
+        (["time,pressure [mbar],u [mbar]"], "fewer than two readings"),
+    ],
+)  # fmt: skip
+def test_reference_files_that_are_refused(lines, said, tmp_path):
+    path = tmp_path / "reference.csv"
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=said):
+        read_reference(path, PRESSURE)
+
+
+def _specimen_file(folder):
+    _, text = load_specimen("thread")
+    path = folder / "sensor.toml"
+    path.write_text(text + '\n[measurand]\nname = "pressure"\nunit = "mbar"\nlongest_lag_s = 0.0\n')
+    return path
+
+
+@pytest.mark.long
+def test_commands_in_the_simulated_world(tmp_path):
+    """A membrane moves the stator of a simulated resonator; the reference is what the world says, with noise."""
+    specimen, file, folder = _specimen_file(tmp_path), tmp_path / "cal.h5", tmp_path / "measurands"
+    housing = {"swing_mbar": 50.0, "period_s": 600.0, "f_nat_hz_per_mbar": -0.06}
+    sets = [x for key, value in housing.items() for x in ("--set", f"backends.simulated.housing.{key}={value}")]
+    sets += ["--set", "backends.simulated.effects.temperature.sd_k=0.02"]
+    done = here(
+        "measure", "--resonator", specimen, "--shots", 12, "--rx-s", "0.4", "--pause-s", 45, *sets, "--out", file
+    )
+    assert done.returncode == 0, done.stderr
+    import h5py
+
+    with h5py.File(file) as h5:
+        stamps = [stamp.decode() for stamp in h5["frames/time_stamp"][:]]
+        truth = h5["simulation/values/simulated.pressure_mbar"][:]
+    times = np.array([datetime.fromisoformat(stamp).timestamp() for stamp in stamps])
+    dense = np.arange(times[0] - 20.0, times[-1] + 20.0, 5.0)
+    phase = 2.0 * math.pi / housing["period_s"]
+    columns = np.column_stack([np.sin(phase * (times - times[0])), np.cos(phase * (times - times[0]))])
+    sine, cosine = np.linalg.lstsq(columns, truth - 1013.25, rcond=None)[0]
+    mbar = 1013.25 + sine * np.sin(phase * (dense - times[0])) + cosine * np.cos(phase * (dense - times[0]))
+    mbar += 0.1 * np.random.default_rng(0).standard_normal(len(dense))
+    rows = [f"{datetime.fromtimestamp(t, UTC).isoformat()},{x:.4f},0.1" for t, x in zip(dense, mbar, strict=True)]
+    reference = tmp_path / "reference.csv"
+    reference.write_text("\n".join(["time,pressure [mbar],u [mbar]", *rows]))
+    where = ("--measurands", folder)
+    done = here("measurand", "calibrate", specimen, file, "--reference", reference, *where)
+    assert done.returncode == 0, done.stderr
+    assert "pressure of" in done.stdout
+    assert "not declared" in done.stdout
+    told = tmp_path / "told.json"
+    done = here("measurand", "read", file, *where, "--json", told, "--csv", tmp_path / "told.csv")
+    assert done.returncode == 0, done.stderr
+    report = json.loads(told.read_text())
+    assert report["calibration"].endswith("@1")
+    found = np.array([shot["value"] for shot in report["shots"]])
+    expected = truth[[shot["frames"][0] for shot in report["shots"]]]
+    assert len(found) >= 10
+    # All shots share the errors of one calibration, so that they are outside of U together or not at all.
+    assert (np.abs(found - expected) <= 2.0 * np.array([shot["U"] for shot in report["shots"]])).all()
+    assert "@1" in here("measurand", "list", *where).stdout
+    again = here("measurand", "calibrate", specimen, file, "--reference", reference, *where)
+    assert "@2" in again.stdout
+    assert_one_line_error(here("measurand", "read", file, *where, "--calibration", "nothing"), 2, "no calibration")
+    assert_one_line_error(
+        here("measurand", "calibrate", "jewel", file, "--reference", reference, *where), 2, "declared as no sensor"
+    )
