@@ -197,7 +197,7 @@ def fit(
         fixed: parameters that are held, by public name, SI.
 
     Raises InputError for a model, term or parameter that is unknown, RecordingError for a frame that cannot be read.  A
-    signal that cannot be fitted is no exception: `good` is False then, and `reason` says why.
+    signal that cannot be fitted raises nothing: `good` is False then, and `reason` says why.
     """
     return fit_frames(recording, model, window=window, frames=(frame,), terms=terms, fixed=fixed)[0]
 
