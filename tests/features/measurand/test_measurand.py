@@ -11,7 +11,9 @@ from drivers.errors import InputError
 from drivers.specimen import Measurand
 from platform_daemon.core.settings import load_specimen
 from platform_daemon.features.measurand.reference_file import Reference, read_reference
-from platform_daemon.features.measurand.work import Sensor, Shots, calibrated, report_of
+from platform_daemon.features.measurand.sensor import Sensor, report_of
+from platform_daemon.features.measurand.shots import Shots
+from platform_daemon.features.measurand.work import calibrated
 from tests.kit.command_line import assert_one_line_error, here
 
 PRESSURE = Measurand(
