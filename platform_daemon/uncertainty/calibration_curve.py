@@ -180,7 +180,9 @@ def fit_curve(curve: Curve, points: Points) -> CalibratedCurve:
         raise InputError("the reference has one value only", where="reference", remedy=remedy)
     second_at = None if points.second is None else float(points.second.mean())
     scatter = np.zeros(n)
-    found = _minimum(curve, points, second_at, points.u_f)
+    # With too small variances the errors of x would have to explain everything, and the minimum is not found.
+    first = points.f - curve.value(curve.start(points.x, points.f), points.x)
+    found = _minimum(curve, points, second_at, np.hypot(points.u_f, float(first.std())))
     for _ in range(_ROUNDS):
         left, slopes = found[2], found[4]
         explained = np.mean(points.u_f**2 + (slopes * points.u_x) ** 2)
@@ -273,9 +275,12 @@ def trend_in(found: CalibratedCurve, points: Points, column: Array) -> Trend:
     scale[scale == 0.0] = 1.0
     left = left_over(found, points)
     inverse = np.linalg.pinv((jacobian / scale).T @ ((jacobian / scale) * weights[:, None]))
-    value = float((inverse @ ((jacobian / scale).T @ (left * weights)))[-1] / scale[-1])
-    inflated = len(left) / independent(left * root)
-    u = math.sqrt(float(inverse[-1, -1]) * inflated) / scale[-1]
+    coefficients = inverse @ ((jacobian / scale).T @ (left * weights))
+    value = float(coefficients[-1] / scale[-1])
+    # Without what is tested the rest is smaller, and neighbours are less alike.
+    rest = (left - (jacobian / scale) @ coefficients) * root
+    spread = float(rest @ rest) / (found.dof - 1.0)
+    u = math.sqrt(float(inverse[-1, -1]) * spread * len(left) / independent(rest)) / scale[-1]
     chance = 1.0 if u == 0.0 else 2.0 * float(stdtr(found.dof - 1.0, -abs(value) / u))
     return Trend(value=value, u=u, probability=chance)
 

@@ -266,3 +266,14 @@ def test_commands_in_the_simulated_world(tmp_path):
     assert_one_line_error(
         here("measurand", "calibrate", "jewel", file, "--reference", reference, *where), 2, "declared as no sensor"
     )
+
+
+def test_a_temperature_that_is_not_corrected_for_is_told():
+    sensor = PressureSensor(6)
+    shots, _ = sensor.shots(START_S, 200, 900.0)
+    blind_to_it = PRESSURE.model_copy(update={"corrected_for": None})
+    made = calibrated("sensor", blind_to_it, shots, sensor.reference(START_S, START_S + 180e3), 1)
+    assert made.by_temperature_hz_per_k.significant
+    assert made.by_temperature_hz_per_k.value == pytest.approx(-0.23, rel=0.1)
+    assert any("corrected_for" in note for note in made.notes)
+    assert made.resolution > 2.0 * SCATTER_HZ / 0.06  # what it does is in the scatter, so that U holds nevertheless
