@@ -102,7 +102,7 @@ def calibrated(
         degree=0 if polynomial is None else polynomial.degree,
         centre=0.0 if polynomial is None else polynomial.centre,
         scale=1.0 if polynomial is None else polynomial.scale,
-        parameters=dict(zip((*curve.names, "per_k"), found.parameters.tolist(), strict=False)),
+        parameters=dict(zip((*curve.names, "per_k")[: len(found.parameters)], found.parameters.tolist(), strict=True)),
         covariance=tuple(map(tuple, found.covariance.tolist())),
         valid_from=found.x_range[0],
         valid_to=found.x_range[1],
