@@ -9,6 +9,7 @@ from drivers.errors import ConfigError
 
 BACKENDS = "platform_daemon.backends"  # drivers.platform.Backend, constructed as Backend(options)
 EMULATORS = "platform_daemon.emulators"  # drivers.registry.Emulator, constructed as Emulator(tables, folder)
+MEASURAND_MODELS = "platform_daemon.measurand_models"  # platform_daemon.uncertainty.curves.Curve, as Curve()
 USB_BACKENDS = "platform_daemon.usb_backends"  # usb.backend.IBackend of pyusb, constructed as IBackend(host, port)
 
 

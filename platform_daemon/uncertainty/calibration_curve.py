@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from drivers.errors import InputError
 
 from .budget import Budget, combine, coverage_factor
+from .curves import Curve
 from .inputs import Array, InputQuantity
 
 _ITERATIONS = 200
@@ -26,85 +26,6 @@ _ROUNDS = 6  # of scatter and fit: the scatter changes by less than a percent af
 _PLACES = 400  # at which a curve is looked at for a turning point
 FOLDS = 5
 """Stretches of time that a cross-validation leaves out, one after the other."""
-
-
-class Curve(Protocol):
-    """What f an instrument answers to x."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of its parameters."""
-
-    def start(self, x: Array, f: Array) -> Array:
-        """Parameters (k,) to begin with, from points (n,)."""
-
-    def value(self, p: Array, x: Array) -> Array:
-        """f (n,) at x (n,)."""
-
-    def slope(self, p: Array, x: Array) -> Array:
-        """df/dx (n,)."""
-
-    def gradient(self, p: Array, x: Array) -> Array:
-        """df/dp (n, k)."""
-
-
-@dataclass(frozen=True)
-class Polynomial:
-    """f = sum of p_k z^k with z = (x - centre) / scale."""
-
-    degree: int
-    centre: float
-    scale: float
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """See Curve."""
-        return tuple(f"p{k}" for k in range(self.degree + 1))
-
-    def start(self, x: Array, f: Array) -> Array:
-        """See Curve."""
-        return np.asarray(np.linalg.lstsq(self.gradient(np.empty(0), x), f, rcond=None)[0])
-
-    def value(self, p: Array, x: Array) -> Array:
-        """See Curve."""
-        return np.asarray(np.polynomial.polynomial.polyval((x - self.centre) / self.scale, p))
-
-    def slope(self, p: Array, x: Array) -> Array:
-        """See Curve."""
-        derived = np.polynomial.polynomial.polyder(p)
-        return np.asarray(np.polynomial.polynomial.polyval((x - self.centre) / self.scale, derived) / self.scale)
-
-    def gradient(self, p: Array, x: Array) -> Array:
-        """See Curve."""
-        return np.asarray(np.vander((x - self.centre) / self.scale, self.degree + 1, increasing=True))
-
-
-@dataclass(frozen=True)
-class Dipole:
-    """f = a (x + x0)^(-3/2): the field of the stator falls with the third power of the distance of the magnets, and the
-    frequency is the root of it (paper eq:fnat)."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """See Curve."""
-        return "a", "x0"
-
-    def start(self, x: Array, f: Array) -> Array:
-        """See Curve: f^(-2/3) is a straight line of x."""
-        line = np.polyfit(x, f ** (-2.0 / 3.0), 1)
-        return np.array([line[0] ** -1.5, line[1] / line[0]])
-
-    def value(self, p: Array, x: Array) -> Array:
-        """See Curve; NaN where the magnets would touch."""
-        return np.asarray(p[0] * np.where(x + p[1] > 0.0, x + p[1], np.nan) ** -1.5)
-
-    def slope(self, p: Array, x: Array) -> Array:
-        """See Curve."""
-        return np.asarray(-1.5 * self.value(p, x) / (x + p[1]))
-
-    def gradient(self, p: Array, x: Array) -> Array:
-        """See Curve."""
-        return np.stack([self.value(p, x) / p[0], self.slope(p, x)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +180,9 @@ def fit_curve(curve: Curve, points: Points) -> CalibratedCurve:
         raise InputError("the reference has one value only", where="reference", remedy=remedy)
     second_at = None if points.second is None else float(points.second.mean())
     scatter = np.zeros(n)
-    found = _minimum(curve, points, second_at, points.u_f)
+    # With too small variances the errors of x would have to explain everything, and the minimum is not found.
+    first = points.f - curve.value(curve.start(points.x, points.f), points.x)
+    found = _minimum(curve, points, second_at, np.hypot(points.u_f, float(first.std())))
     for _ in range(_ROUNDS):
         left, slopes = found[2], found[4]
         explained = np.mean(points.u_f**2 + (slopes * points.u_x) ** 2)
@@ -352,9 +275,12 @@ def trend_in(found: CalibratedCurve, points: Points, column: Array) -> Trend:
     scale[scale == 0.0] = 1.0
     left = left_over(found, points)
     inverse = np.linalg.pinv((jacobian / scale).T @ ((jacobian / scale) * weights[:, None]))
-    value = float((inverse @ ((jacobian / scale).T @ (left * weights)))[-1] / scale[-1])
-    inflated = len(left) / independent(left * root)
-    u = math.sqrt(float(inverse[-1, -1]) * inflated) / scale[-1]
+    coefficients = inverse @ ((jacobian / scale).T @ (left * weights))
+    value = float(coefficients[-1] / scale[-1])
+    # Without what is tested the rest is smaller, and neighbours are less alike.
+    rest = (left - (jacobian / scale) @ coefficients) * root
+    spread = float(rest @ rest) / (found.dof - 1.0)
+    u = math.sqrt(float(inverse[-1, -1]) * spread * len(left) / independent(rest)) / scale[-1]
     chance = 1.0 if u == 0.0 else 2.0 * float(stdtr(found.dof - 1.0, -abs(value) / u))
     return Trend(value=value, u=u, probability=chance)
 

@@ -247,6 +247,8 @@ def page(campaigns: int, fits: int) -> str:
         shares = [f"{100.0 * each.share(q):.1f} %" for q in (*QUANTITIES, "direction")]
         lines.append(f"| {name} | {' | '.join(shares)} |")
     told = next(name for name in listed if name.startswith("temperature"))
+    said = "By fits, f_nat has nothing but the clock, whose distribution has ends: value ± 1.96 u goes beyond them."
+    lines += ["", said]
     lines += ["", f"Where the thermometer is not declared, the report lists “{told}”."]
     return "\n".join([*lines, ""])
 

@@ -39,6 +39,8 @@ NOT_ALONE = {
     "retention",
     "reproduce",
     "budget",
+    "measurand",
+    "certificate",
 }
 """They run for ever or for long, need another program or many recordings, or tell what this computer is; they have own
 tests."""

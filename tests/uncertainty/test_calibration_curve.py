@@ -8,15 +8,14 @@ import pytest
 
 from drivers.errors import InputError
 from platform_daemon.uncertainty.calibration_curve import (
-    Dipole,
     Points,
-    Polynomial,
     cross_validated,
     fit_curve,
     trend_in,
     turning_points,
     with_lag,
 )
+from platform_daemon.uncertainty.curves import Dipole, Polynomial
 
 
 def _points(curve, p, n=60, u_x=0.05, u_f=0.02, seed=0, low=1.0, high=5.0):

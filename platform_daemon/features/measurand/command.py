@@ -40,7 +40,8 @@ def calibrate(
     from .library import Measurands
     from .reference_file import read_reference
     from .report import calibration_text
-    from .work import calibrated, declared_measurand, joined, key_of, shots_of
+    from .shots import joined, shots_of
+    from .work import calibrated, declared_measurand, key_of
 
     must_not_exist(json_file, force, ".json")
     found, _ = load_specimen(specimen)

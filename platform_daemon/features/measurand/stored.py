@@ -11,7 +11,8 @@ from platform_daemon.features.fit.measurement import VoltageMeasurement, open_fo
 
 from .library import Measurands
 from .schema import MeasurandReport
-from .work import report_of, shots_of
+from .sensor import report_of
+from .shots import shots_of
 
 
 def stored_readings(
