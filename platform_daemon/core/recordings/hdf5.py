@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import RecordingError
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.state.errors import (
     MissingFilter,
     NotFinite,
@@ -40,6 +41,14 @@ _COMPLEX = (("real", "imag"), ("re", "im"), ("r", "i"))
 _FILTERS = {307: "bzip2", 32000: "LZF", 32001: "Blosc", 32004: "LZ4", 32008: "bitshuffle", 32013: "ZFP"}
 _FILTERS |= {32015: "Zstandard", 32026: "Blosc2", 4: "SZIP"}
 """Numbers of filters: https://github.com/HDFGroup/hdf5_plugins/blob/master/docs/RegisteredFilterPlugins.md"""
+_OTHERS = {
+    b"\x1f\x8b": ("packed by gzip", "unpack it first: gunzip"),
+    b"PK\x03\x04": ("a zip or npz file", "unpack it, or let the name of an npz file end in .npz"),
+    b"MATLAB 5.0": ("a MATLAB file before version 7.3", "save it with -v7.3, which writes HDF5"),
+    b"CDF": ("a netCDF file before version 4", "convert it: nccopy -k nc4"),
+    b"version https://git-lfs": ("a pointer of git LFS in place of the file", "get the file itself: git lfs pull"),
+}
+"""What other files begin with: what they are, and the remedy."""
 ANOTHER_COPY = "use another copy of the file, or record again"
 _LATER = "try again when that program has closed the file"
 _STILL_WRITTEN_S = 30.0
@@ -103,7 +112,10 @@ def _missing(path: Path) -> RecordingError:
     folder = folder_of(path)
     shots = len(list(folder.glob("shot_*.h5"))) if folder.is_dir() else 0
     if not shots:
-        return RecordingError("no such file", where=str(path), remedy="check the path")
+        beside = path.parent.iterdir() if path.parent.is_dir() else ()
+        alike = [each.name for each in beside if same_name(each.name) == same_name(path.name)]
+        why = f"There is one that looks like it, with other characters or blanks: {alike[0]!a}" if alike else ""
+        return RecordingError("no such file", where=str(path), why=why, remedy="check the path")
     return RecordingError(
         f"not put together yet: {shots} acknowledged shots of it are in {folder.name}",
         where=str(path),
@@ -125,8 +137,12 @@ def _not_hdf5(path: Path, error: Exception) -> RecordingError:
     if "truncated file" in said and _changes(path.stat().st_mtime):
         return _unfinished(path, "It ends too early")
     with path.open("rb") as file:
-        signed = file.read(8) == b"\x89HDF\r\n\x1a\n"
-    if signed:
+        begin = file.read(64)
+    other = next((how for mark, how in _OTHERS.items() if begin.startswith(mark)), None)
+    if other is not None:
+        kind, remedy = other
+        raise RecordingError("not an HDF5 file", where=str(path), why=f"It is {kind}", remedy=remedy)
+    if begin.startswith(b"\x89HDF\r\n\x1a\n"):
         what = "the HDF5 file is truncated or damaged"
         return RecordingError(what, where=str(path), why=_first_line(error), remedy=ANOTHER_COPY)
     remedy = "name a recording (.mmr or .h5); a table needs its own suffix, as .csv or .npz"

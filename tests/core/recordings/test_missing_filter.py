@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from drivers.errors import RecordingError
 from platform_daemon.core.recordings.reader import open_recording
 from platform_daemon.core.state.errors import MissingFilter
 from tests.kit.recording_files import BLOSC, MINIMAL, packed_by, write_minimal
@@ -25,4 +26,21 @@ def test_so_is_one_of_a_table(tmp_path: Path) -> None:
         tmp_path / "a.h5", {"/calibration/sensitivity": packed_by(BLOSC, MINIMAL["/calibration/sensitivity"])}
     )
     with pytest.raises(MissingFilter, match="/calibration/sensitivity"):
+        open_recording(path)
+
+
+@pytest.mark.parametrize(
+    ("begin", "says"),
+    [
+        (b"\x1f\x8b\x08", "packed by gzip.*gunzip"),
+        (b"MATLAB 5.0 MAT-file", "save it with -v7.3"),
+        (b"version https://git-lfs.github.com/spec/v1\n", "git lfs pull"),
+        (b"CDF\x01", "nccopy"),
+        (b"<html>", "signature is missing"),
+    ],
+)
+def test_what_another_program_has_to_undo_is_named(tmp_path: Path, begin: bytes, says: str) -> None:
+    path = tmp_path / "a.h5"
+    path.write_bytes(begin + bytes(100))
+    with pytest.raises(RecordingError, match=rf"not an HDF5 file.*{says}"):
         open_recording(path)
