@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 from pathlib import Path
 
 import h5py
@@ -26,15 +28,23 @@ def refuse_missing_filters(item: h5py.Dataset, where: str) -> None:
     """Raises MissingFilter for a dataset that HDF5 cannot unpack: what HDF5 says of it looks like damage."""
     made = item.id.get_create_plist()
     used = [made.get_filter(k)[0] for k in range(made.get_nfilters())]
-    missing = [number for number in used if not h5py.h5z.filter_avail(number)]
+    missing = _missing(used)
+    if missing:  # a package that is often installed brings most of them, once it has been imported
+        with contextlib.suppress(ImportError):
+            importlib.import_module("hdf5plugin")
+        missing = _missing(used)
     if missing:
         raise MissingFilter(
             f"is compressed by the filter {_FILTERS.get(missing[0], 'of the number')} {missing[0]}",
             where=where,
             why="The HDF5 library of this installation does not have it; the file may be whole",
-            remedy="set HDF5_PLUGIN_PATH to the folder of its plug-in (hdf5plugin.PLUGINS_PATH of the package "
-            "hdf5plugin), or write the file again with gzip, as h5repack -f GZIP=1 does where the filter is there",
+            remedy="install the Python package hdf5plugin, set HDF5_PLUGIN_PATH to the folder of the filter's plug-in, "
+            "or write the file again with gzip, as h5repack -f GZIP=1 does where the filter is there",
         )
+
+
+def _missing(used: list[int]) -> list[int]:
+    return [number for number in used if not h5py.h5z.filter_avail(number)]
 
 
 def refuse_other_kind(begin: bytes, path: Path) -> None:
