@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 from drivers.errors import DeviceProtocolError
 from drivers.exchange import Exchange
 from drivers.scpi.options import Words
 
+NO_NUMBER = 9.9e37
 NUMBERED = re.compile(r'\s*([+-]?\d+)\s*(?:,\s*"?(.*?)"?\s*)?')
 
 
@@ -21,12 +23,19 @@ def yes(exchange: Exchange, question: str, words: Words) -> bool:
 
 
 def number(exchange: Exchange, question: str) -> float:
-    """A number."""
+    """A number.
+
+    Raises DeviceProtocolError for anything else, also for what SCPI gives in the place of a number: 9.91E37 for NaN and
+    9.9E37 for infinity (SCPI 1999, volume 1, section 7.2.1.4).
+    """
     answer = exchange.ask(question)
     try:
-        return float(answer)
+        found = float(answer)
     except ValueError:
-        raise senseless(exchange, question, answer) from None
+        found = math.nan
+    if not abs(found) < NO_NUMBER:
+        raise senseless(exchange, question, answer)
+    return found
 
 
 def fault_of(exchange: Exchange, question: str, words: Words) -> str | None:

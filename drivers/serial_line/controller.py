@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 from drivers.errors import DeviceError, DeviceFault, DeviceProtocolError, DeviceStateError
@@ -45,9 +46,12 @@ def numbers(exchange: Exchange, question: str) -> tuple[float, ...]:
     """An answer of numbers separated by commas."""
     answer = query(exchange, question)
     try:
-        return tuple(float(part) for part in answer.split(","))
+        found = tuple(float(part) for part in answer.split(","))
     except ValueError:
-        raise senseless(exchange, question, answer) from None
+        found = (math.nan,)
+    if not all(map(math.isfinite, found)):
+        raise senseless(exchange, question, answer)
+    return found
 
 
 def flag(exchange: Exchange, question: str) -> bool:

@@ -13,7 +13,7 @@ from platform_daemon.core.recordings.series_writer import SeriesWriter
 from tests.kit.command_line import QUICK, assert_one_line_error, here
 from tests.kit.data import DATA
 from tests.kit.pages import ROOT
-from tests.kit.recording_files import BLOSC, MINIMAL, header, packed_by, shot, write_minimal
+from tests.kit.recording_files import MINIMAL, NO_FILTER, header, packed_by, shot, write_minimal
 
 PAGE = (ROOT / "docs/howto/mistakes.md").read_text()
 ROW = re.compile(r"^\| [^|]+ \| `([^|`]+)` \| ([^|]+) \|$", re.MULTILINE)
@@ -30,7 +30,7 @@ def folder(tmp_path, monkeypatch):
     with SeriesWriter.create("killed.h5", header()) as writer:
         writer.add_shot(shot(1))
     (tmp_path / "other.toml").write_text("a = 1\n")
-    write_minimal(tmp_path / "packed.h5", {"/data": packed_by(BLOSC, MINIMAL["/data"])})
+    write_minimal(tmp_path / "packed.h5", {"/data": packed_by(NO_FILTER, MINIMAL["/data"])})
     (tmp_path / "twice.csv").write_text("time_s,x_v,x_v\n0,1,0\n1,2,0\n")
     (tmp_path / "utf16.csv").write_text("time_s,x_v\n0,1\n1,2\n", encoding="utf-16")
     return tmp_path

@@ -132,8 +132,8 @@ def write_minimal(target: Path, changes: Mapping[str, Any] | None = None) -> Pat
     return target
 
 
-BLOSC = 32001
-"""Number of the filter: https://github.com/HDFGroup/hdf5_plugins"""
+NO_FILTER = 64999
+"""Number of a filter of HDF5 that there is not."""
 
 
 def packed_by(number: int, values: np.ndarray) -> Callable[[h5py.File, str], None]:

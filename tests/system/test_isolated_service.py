@@ -207,7 +207,7 @@ def test_an_account_without_home_that_cannot_write_the_package_measures_by_rest(
         first = daemon.stdout.readline()
         assert first, log.read_text()
         with client_at(first.split()[-1]) as http:
-            wait_for(lambda: http.get("/ready").json()["ready"], 300)  # it compiles, and keeps that with its state
+            wait_for(lambda: http.get("/ready").json()["ready"], 600)  # it compiles, and keeps that with its state
             made = http.post("/acquisitions", json={"resonator": "jewel", "shots": 1, "sequence": {"rx_s": 0.6}})
             at = made.headers["location"]
             wait_for(lambda: http.get(at).json()["state"] not in ("queued", "running"), 300)

@@ -206,7 +206,7 @@ def _holder(name: str, state_dir: Path | None) -> Owner | None:
 def _local_owner(state_dir: Path) -> Owner | None:
     """The process that holds the file of this account; None: there is none, or its record cannot be read."""
     try:
-        fd = os.open(state_dir / _FILE, os.O_RDWR | os.O_CLOEXEC)
+        fd = _to_look_at(state_dir / _FILE)
     except FileNotFoundError:
         return None
     folder = _opened(state_dir)
@@ -215,6 +215,16 @@ def _local_owner(state_dir: Path) -> Owner | None:
     finally:
         os.close(fd)
         os.close(folder)
+
+
+def _to_look_at(path: Path) -> int:
+    """The file, for reading alone where this account, or its disk, allows no more.  Raises OSError."""
+    try:
+        return os.open(path, os.O_RDWR | os.O_CLOEXEC)  # which locks over a network need
+    except OSError as error:
+        if error.errno not in (errno.EROFS, errno.EACCES):
+            raise
+        return os.open(path, os.O_RDONLY | os.O_CLOEXEC)
 
 
 def _opened(state_dir: Path) -> int:

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import RecordingError
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.state.errors import (
-    MissingFilter,
     NotFinite,
     RecordingInUse,
     RecordingNotNow,
@@ -28,6 +28,7 @@ from platform_daemon.core.state.errors import (
     UnknownUnit,
 )
 
+from .other_files import refuse_missing_filters, refuse_other_kind
 from .staging import folder_of
 from .unit_conversion import Conversion, conversion
 
@@ -37,9 +38,6 @@ MAX_ITEMS = 10_000_000
 MAX_FRAME_BYTES = 8 << 30
 _COMPLEX = (("real", "imag"), ("re", "im"), ("r", "i"))
 """Names, in small letters, of the fields in which MATLAB, Octave and others keep complex numbers."""
-_FILTERS = {307: "bzip2", 32000: "LZF", 32001: "Blosc", 32004: "LZ4", 32008: "bitshuffle", 32013: "ZFP"}
-_FILTERS |= {32015: "Zstandard", 32026: "Blosc2", 4: "SZIP"}
-"""Numbers of filters: https://github.com/HDFGroup/hdf5_plugins/blob/master/docs/RegisteredFilterPlugins.md"""
 ANOTHER_COPY = "use another copy of the file, or record again"
 _LATER = "try again when that program has closed the file"
 _STILL_WRITTEN_S = 30.0
@@ -103,7 +101,10 @@ def _missing(path: Path) -> RecordingError:
     folder = folder_of(path)
     shots = len(list(folder.glob("shot_*.h5"))) if folder.is_dir() else 0
     if not shots:
-        return RecordingError("no such file", where=str(path), remedy="check the path")
+        beside = path.parent.iterdir() if path.parent.is_dir() else ()
+        alike = [each.name for each in beside if same_name(each.name) == same_name(path.name)]
+        why = f"There is one that looks like it, with other characters or blanks: {alike[0]!a}" if alike else ""
+        return RecordingError("no such file", where=str(path), why=why, remedy="check the path")
     return RecordingError(
         f"not put together yet: {shots} acknowledged shots of it are in {folder.name}",
         where=str(path),
@@ -125,8 +126,9 @@ def _not_hdf5(path: Path, error: Exception) -> RecordingError:
     if "truncated file" in said and _changes(path.stat().st_mtime):
         return _unfinished(path, "It ends too early")
     with path.open("rb") as file:
-        signed = file.read(8) == b"\x89HDF\r\n\x1a\n"
-    if signed:
+        begin = file.read(64)
+    refuse_other_kind(begin, path)
+    if begin.startswith(b"\x89HDF\r\n\x1a\n"):
         what = "the HDF5 file is truncated or damaged"
         return RecordingError(what, where=str(path), why=_first_line(error), remedy=ANOTHER_COPY)
     remedy = "name a recording (.mmr or .h5); a table needs its own suffix, as .csv or .npz"
@@ -251,7 +253,8 @@ class Hdf5File:
         item = self._dataset(name)
         if item is None:
             return None
-        self._refuse_unknown_filters(name, item)
+        with guard(self.place(name), "a dataset"):
+            refuse_missing_filters(item, self.place(name))
         with guard(self.place(name), "numbers"):
             kind, size = item.dtype.kind, item.size
             parts = _parts(item.dtype)
@@ -339,7 +342,8 @@ class Hdf5File:
         if shape[1] * shape[2] * 8 > MAX_FRAME_BYTES:
             raise self.defect(f"one frame has {shape[1:]} samples", name, f"at most {MAX_FRAME_BYTES >> 30} GiB")
         item = self._dataset(name)
-        self._refuse_unknown_filters(name, item)
+        with guard(self.place(name), "a dataset"):
+            refuse_missing_filters(item, self.place(name))
         with guard(self.place(f"{name}[frame {k}]"), "volts"):
             raw = np.asarray(item[k])
         volts = np.asarray(self._physical(name, raw, unit), dtype=np.float64)
@@ -359,21 +363,6 @@ class Hdf5File:
         if item is not None and not isinstance(item, h5py.Dataset):
             raise self.defect("not a dataset", name, "a dataset")
         return item
-
-    def _refuse_unknown_filters(self, name: str, item: h5py.Dataset) -> None:
-        """Raises MissingFilter: what HDF5 says of such data looks like damage."""
-        with guard(self.place(name), "a dataset"):
-            made = item.id.get_create_plist()
-            used = [made.get_filter(k)[0] for k in range(made.get_nfilters())]
-            missing = [number for number in used if not h5py.h5z.filter_avail(number)]
-        if missing:
-            raise MissingFilter(
-                f"is compressed by the filter {_FILTERS.get(missing[0], 'of the number')} {missing[0]}",
-                where=self.place(name),
-                why="The HDF5 library of this installation does not have it; the file may be whole",
-                remedy="set HDF5_PLUGIN_PATH to the folder of its plug-in (hdf5plugin.PLUGINS_PATH of the package "
-                "hdf5plugin), or write the file again with gzip, as h5repack -f GZIP=1 does where the filter is there",
-            )
 
     def _item(self, name: str) -> Any:
         """The object of this name, None: there is none.  Kept: finding one takes longer than reading most of them."""

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from drivers.errors import PlatformError, RecordingError
 from platform_daemon.core.schemas.base import ClockKind
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.state.errors import UnknownRecording
 
 from .reader import open_recording
@@ -108,11 +109,17 @@ def list_recordings(
 def resolve(folder: Path | str, identifier: str) -> Path:
     """The file of an id.  Raises UnknownRecording.
 
-    Ids are compared with the names in the folder and never become part of a path, so none can lead out of it.
+    Ids are compared with the names in the folder and never become part of a path, so none can lead out of it.  An id
+    may have its letters in another form of Unicode than the name of the file (a Mac writes the form that a keyboard
+    does not), if only one file is meant.
     """
-    for path in recording_files(Path(folder)):
+    files = list(recording_files(Path(folder)))
+    for path in files:
         if path.stem == identifier:
             return path
+    alike = [path for path in files if same_name(path.stem) == same_name(identifier)]
+    if len(alike) == 1:
+        return alike[0]
     what, why, remedy = f"no recording {identifier!r}", "", "list the recordings for their ids"
     if any(target_of(each).stem == identifier for each in staging_folders(Path(folder))):
         why = "its shots are put together when the series has ended"

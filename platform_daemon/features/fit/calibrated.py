@@ -17,6 +17,9 @@ from platform_daemon.estimation.refusal import Refusal, RefusedError
 from platform_daemon.estimation.screening.clipping import Clipping, find_clipping
 from platform_daemon.estimation.sensitivity import CalibrationError
 
+_STOPPED_SHARE = 0.01
+"""Of the samples; the noise of a converter repeats a value in all channels for some samples at most."""
+
 
 @dataclass(frozen=True, eq=False)
 class FrameSignal:
@@ -43,16 +46,33 @@ class FrameSignal:
             raise RefusedError(Refusal.SATURATED, str(clipped))
         return clipped
 
+    def refuse_nothing(self) -> None:
+        """Raises RefusedError if all channels have one value in all samples, as what was never written has."""
+        if self.raw is not None and self.raw.size and not np.ptp(self.raw, axis=1).any():
+            what = f"every sample of every channel is {self.raw[0, 0]:.6g} V: nothing was recorded"
+            remedy = "the place of a shot that was not made, or a converter that was not read; leave the frame out"
+            raise RefusedError(Refusal.NO_SIGNAL, what, remedy)
+
     def without_a_reading(self) -> tuple[str, ...]:
         """A warning for each channel that has one value in all samples, as one that nothing was read from has."""
         if self.raw is None:
             return ()
-        return tuple(
+        silent = tuple(
             f"silent_channel: every sample of channel {channel} is {y[0]:.6g} V, without any noise: was it connected, "
             "or was a channel that was not measured filled up? The fit has taken it for a measured one"
             for channel, y in enumerate(self.raw)
             if y.size and y.min() == y.max()
         )
+        n = self.raw.shape[1]
+        changes = np.flatnonzero((self.raw != self.raw[:, -1:]).any(axis=0))
+        same = n - 1 - int(changes[-1]) if len(changes) else 0
+        if same <= _STOPPED_SHARE * n:
+            return silent
+        said = (
+            f"stopped: the last {same} of {n} samples do not change in any channel: where the recording ended early, "
+            "nothing was measured there; fit a window that ends before"
+        )
+        return (*silent, said)
 
 
 def reason_of(error: PlatformError) -> str:

@@ -52,6 +52,8 @@ def with_drive_hint(fit: FitResult, recording: Recording, frame: int) -> FitResu
     drive, specimen = info.excitation, declared_specimen(recording) if fit.code in _WEAK else None
     if fit.code is None or fit.reason is None or drive is None or specimen is None or drive.field_t == 0.0:
         return fit
+    if not fit.reason.endswith(fit.code.value):  # it has a cause of its own
+        return fit
     duration_s = (sequence if info.step is None else info.step).tx_samples / sequence.rate_hz
     causes = _causes(drive, specimen, duration_s)
     seen = fit.reason.removesuffix(f"; {fit.code.value}")

@@ -66,6 +66,7 @@ def fit_signal(
     warnings about a calibration that does not hold for them.  What its uncertainty does is in `systematic_std`.
     """
     try:
+        signal.refuse_nothing()
         clipped = signal.harmless_clipping()
     except RefusedError as refused:
         return FitResult.refused(refused)

@@ -46,7 +46,6 @@ def trend(
     """Show how a specimen changes over months: values at one temperature, control charts, named changes."""
     from platform_daemon.core.state.durable import write_file
 
-    from .figure import save_trend_png
     from .indexed import indexed_trend
     from .report import trend_csv, trend_text
 
@@ -63,6 +62,8 @@ def trend(
     if csv is not None:
         write_file(csv, trend_csv(report).encode())
     if png is not None:
+        from .figure import save_trend_png  # here, because matplotlib needs a folder that it may write
+
         save_trend_png(report, png)
     print(trend_text(report))
 

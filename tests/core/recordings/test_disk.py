@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from drivers.errors import RecordingError
 from platform_daemon.core.recordings.data_folder import open_data_folder
 from platform_daemon.core.recordings.index import list_recordings, resolve
 from platform_daemon.core.recordings.leftovers import kept_series
@@ -20,7 +21,7 @@ from platform_daemon.core.state.disk_space import check_free_space
 from platform_daemon.core.state.durable import sweep
 from platform_daemon.core.state.errors import NotAssembled, StorageError, StorageUnusable
 from platform_daemon.core.state.tokens import tokens_in
-from tests.kit.recording_files import header, shot, write_series
+from tests.kit.recording_files import header, shot, write_minimal, write_series
 from tests.kit.small_disk import remount, small_disk
 
 
@@ -194,3 +195,12 @@ def test_shots_of_which_nobody_can_tell_whether_they_are_written_are_left_alone_
     assert [each.id for each in list_recordings(disk).recordings] == ["b"]
     assert [kept.id for kept in kept_series(disk)] == ([] if spoil == "unreadable" else ["a"])
     assert recover_all(disk).made == ()
+
+
+def test_an_id_and_a_name_that_look_the_same_are_the_same(tmp_path):
+    made = write_minimal(tmp_path / "Ju\u0308rgen.h5")
+    assert resolve(tmp_path, "J\u00fcrgen") == made
+    with pytest.raises(RecordingError, match=r"no such file.*looks like it.*Ju\\u0308rgen"):
+        open_recording(tmp_path / "J\u00fcrgen.h5")
+    exact = write_minimal(tmp_path / "J\u00fcrgen.h5")
+    assert resolve(tmp_path, "J\u00fcrgen") == exact

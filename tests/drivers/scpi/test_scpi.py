@@ -23,6 +23,7 @@ from drivers.exchange import Exchange
 from drivers.scpi import usb_wire
 from drivers.scpi.amplifier import ScpiAmplifier
 from drivers.scpi.backend import ScpiBackend
+from drivers.scpi.dialogue import number
 from drivers.scpi.options import AmplifierCommands, Words
 from drivers.scpi.wires import TcpWire
 from drivers.testing import ScriptedWires, TcpDevice
@@ -439,3 +440,10 @@ def test_what_a_device_says_unasked_is_no_answer():
             wire.send(question)
             assert wire.receive() == question.lower()
         wire.close()
+
+
+@pytest.mark.parametrize("said", ["9.91E37", "9.9E37", "-9.9E37", "nan", "inf", "", "no data"])
+def test_what_stands_in_the_place_of_a_number_is_none(said):
+    exchange = Exchange("thing", ScriptedWires(lambda text: "ACME,T,1,1" if "IDN" in text else said))
+    with pytest.raises(DeviceProtocolError, match="makes no sense"):
+        number(exchange, "TEMP?")

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import json
+from typing import Any
 
 from starlette.requests import Request
 from starlette.types import Message
+
+from drivers.errors import InputError
 
 from .limits import Limits
 from .refusals import BodyTooLarge, BodyTooSlow
@@ -31,6 +36,28 @@ async def read_body(request: Request, limits: Limits) -> bytes:
         what = f"after {limits.body_s:g} s only {size} bytes of the body had come"
         raise BodyTooSlow(what, where="body", remedy="send it at once") from None
     return b"".join(parts)
+
+
+def refuse_repeated_keys(body: bytes) -> None:
+    """Raises InputError for a table with a key twice, of which the last value would be taken in silence.
+
+    What is no JSON is left to whoever reads it.
+    """
+    with contextlib.suppress(ValueError, RecursionError):
+        _DECODER.decode(body.decode("utf-8-sig"))
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    made = dict(pairs)
+    if len(made) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for k, name in enumerate(names) if name in names[:k])
+        what, remedy = f"the key {twice[:100]!r} is there twice", "say it once, with the value that is meant"
+        raise InputError(what, where="body", remedy=remedy)
+    return made
+
+
+_DECODER = json.JSONDecoder(object_pairs_hook=_once)
 
 
 def with_body(request: Request, body: bytes) -> Request:

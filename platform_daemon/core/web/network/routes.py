@@ -21,7 +21,7 @@ from drivers.errors import InputError, PlatformError
 
 from .access import Access, Takes, access_of, required_access
 from .auditing import Auditor
-from .body import read_body, with_body
+from .body import read_body, refuse_repeated_keys, with_body
 from .callers import Caller
 from .concurrency import ConcurrencyLimits
 from .origins import SAFE_METHODS, check_origin
@@ -83,6 +83,8 @@ async def _answer(request: Request, name: str, access: Access, handler: Handler,
         body = await read_body(request, network.limits)
     except ClientDisconnect:
         return Response(status_code=400)  # the client has left
+    if name != STOP:
+        refuse_repeated_keys(body)
     concurrency: ConcurrencyLimits = request.app.state.concurrency
     auditor = Auditor(network.audit if access.audited else None, caller, name, request, body)
     async with AsyncExitStack() as until_sent:

@@ -105,3 +105,14 @@ def test_of_requests_that_compute_two_run_some_wait_and_others_are_told_to_come_
         return most, refused, late
 
     assert asyncio.run(crowd()) == (2, 5, 8)
+
+
+def test_a_key_that_is_there_twice_is_refused_wherever_it_is(secured):
+    """The last of two values would decide in silence; what is no JSON is told by whoever reads it."""
+    headers = {**secured.headers[Role.OPERATOR], "Content-Type": "application/json"}
+    for body in (b'{"resonator": "jewel", "shots": 1, "shots": 5}', b'{"sequence": {"rx_s": 1, "rx_s": 2}}'):
+        said = problem(secured.client.post("/acquisitions/dry-run", content=body, headers=headers), 422)
+        assert "is there twice" in said["detail"]
+        assert said["remedy"]
+    for body in (b"{", b"\xff", b"1" * 5000, b"[" * 100_000):
+        problem(secured.client.post("/acquisitions/dry-run", content=body, headers=headers), 422)
