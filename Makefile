@@ -137,9 +137,10 @@ resume-kills: install
 	$(BIN)/python -m tests.campaigns.resume_kills --kills $(CUTS) --page docs/evidence/resume-kills.md
 	$(BIN)/python -m tests.evidence --measured resume-kills
 
-# A script beside a daemon that is killed; `make client-kills SCRIPT='--shots 500'` is a short one.
+# A script beside a daemon that is killed; `make client-kills SCRIPT='--shots 500'` is a short one; with --folder an interrupted one goes on.
 client-kills: install
-	$(BIN)/python -m tests.campaigns.client_kills $(SCRIPT)
+	$(BIN)/python -m tests.campaigns.client_kills --page docs/evidence/client-kills.md $(SCRIPT)
+	$(BIN)/python -m tests.evidence --measured client-kills
 
 # Half years of specimens; `make trend-alarms YEARS=10` is a short one.
 YEARS ?= 200

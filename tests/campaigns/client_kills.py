@@ -1,6 +1,6 @@
 """Series that a script measures by the client, beside a daemon that is killed and started again.
 
-python -m tests.campaigns.client_kills --shots 10000 --page docs/evidence/client.md
+python -m tests.campaigns.client_kills --shots 10000 --page docs/evidence/client-kills.md
 
 The script is what a user would write: it starts a series, waits for its end, and resumes it where the daemon has died.
 Meanwhile, at random moments, a process of the daemon or all of them together are killed (SIGKILL), and a new daemon is

@@ -149,7 +149,8 @@ def _factor(said: str | None, wanted: str, where: str, key: str) -> float:
 
 def _no_unit(name: str, said: str | None, path: Path, key: str, wanted: str) -> RecordingError:
     what = f"the unit of the column {name!r} is not known" if not said else f"the column {name!r} is in {said!r}"
-    remedy = f"call the column `{name} [UNIT]`, or write {path.name}.toml with the line {key} = 'UNIT'"
+    line = f"the line {key} = 'UNIT' besides time and signal"
+    remedy = f"call the column `{name} [UNIT]`, or write {path.name}.toml with {line}"
     return RecordingError(what, where=str(path), why=f"it must be one of {wanted}, or convertible to it", remedy=remedy)
 
 
@@ -172,7 +173,8 @@ def _time_name(table: Table, path: Path) -> str:
         stem = (found[1] if found else name).rpartition(".")[2].strip().lower()
         if stem in ("t", "time") or re.match(r"^(t|time)_[a-z]+$", stem):
             return name
-    remedy = f"call it time_s, or write {path.name}.toml with the line time = 'NAME'"
+    told = "time = 'NAME', signal = ['NAME'], time_unit = 's', unit = 'deg'"
+    remedy = f"call it time_s, or write {path.name}.toml with the lines {told} (or another unit)"
     why = f"the columns are {', '.join(map(repr, table))}"
     raise RecordingError("no column is called time", where=str(path), why=why, remedy=remedy)
 

@@ -39,7 +39,7 @@ class RingDownPlotData:
 
 
 def ring_down_plot_data(
-    measurement: VoltageMeasurement, frame: int, model: ModelChoice | None, window: Window, terms: Sequence[str] = ()
+    measurement: Measurement, frame: int, model: ModelChoice | None, window: Window, terms: Sequence[str] = ()
 ) -> RingDownPlotData:
     """What to draw of one frame: its calibrated signal with the fit over it, or without if the fit was refused."""
     used, chosen = measurement.under(model, terms)

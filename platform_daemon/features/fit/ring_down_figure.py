@@ -20,6 +20,7 @@ from .plot_data import RingDownPlotData
 
 _CAPTION = 110  # characters that a line above the picture takes
 _LINE = 0.021  # of the title, share of the height
+_USUAL_HZ, _SLOWEST_HZ = 212.0, 50.0
 BUCKET_S = 0.012  # longer than two periods of 212 Hz, so that the filled band shows no beating with the buckets
 
 
@@ -93,14 +94,22 @@ def _whole(axes: Axes, p: RingDownPlotData) -> None:
     axes.legend(loc="upper right", ncols=3, fontsize=8)
 
 
+def _slowness(fit: FitResult) -> float:
+    """By how much slower a pendulum swings than a resonator, which the picture is made for; 1: it is one."""
+    f_nat = fit.parameters.get("f_nat_hz")
+    return 1.0 if f_nat is None or f_nat.value > _SLOWEST_HZ else _USUAL_HZ / f_nat.value
+
+
 def _zoom(axes: Axes, p: RingDownPlotData) -> None:
-    n = min(p.measured.shape[1], round(0.025 * p.sampling_rate_hz))
-    t = _time(n, p.sampling_rate_hz) * 1e3
+    slowness = _slowness(p.fit)
+    n = min(p.measured.shape[1], round(0.025 * slowness * p.sampling_rate_hz))
+    unit, scale = ("ms", 1e3) if slowness == 1.0 else ("s", 1.0)
+    t = _time(n, p.sampling_rate_hz) * scale
     for c, name in enumerate(p.channels):
         axes.plot(t, p.measured[c, :n], ".", ms=2, color=COLOURS[c % 3], label=as_written(f"{name} measured"))
         if p.model is not None:
             axes.plot(t, p.model[c, :n], lw=0.9, color="k", label="model" if c == 0 else None)
-    axes.set(ylabel=p.unit, xlabel="time / ms")
+    axes.set(ylabel=p.unit, xlabel=f"time / {unit}")
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.3 * (high - low))
     axes.legend(loc="upper right", ncols=4, fontsize=8)
@@ -127,7 +136,8 @@ def _spectrum(axes: Axes, p: RingDownPlotData) -> None:
     )
     window = np.blackman(n)
     f = np.fft.rfftfreq(n, 1 / p.sampling_rate_hz)
-    shown = (f > 20) & (f < 2500)
+    slowness = _slowness(p.fit)
+    shown = (f > 20 / slowness) & (f < 2500 / slowness)
     for c, name in enumerate(p.channels):
         lines = np.abs(np.fft.rfft(p.measured[c, :n] * window)) * 2 / window.sum()
         axes.semilogy(f[shown], lines[shown], color=COLOURS[c % 3], lw=0.7, label=as_written(name))

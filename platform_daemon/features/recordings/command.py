@@ -53,18 +53,18 @@ def plot(
     calibration: CalibrationOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Draw dm/dt with the fit over it, the residual and the spectrum.
+    """Draw dm/dt, volts or an angle with the fit over it, the residual and the spectrum.
 
-    --interactive: dm/dt and the residual on an HTML page instead (with --png, as well).
+    --interactive: the signal and the residual on an HTML page instead (with --png, as well).
     """
     from platform_daemon.core.command_line.progress import compile_fit
     from platform_daemon.core.state.durable import write_file
-    from platform_daemon.features.fit.measurement import open_voltages
+    from platform_daemon.features.fit.measurement import open_measurement
     from platform_daemon.features.fit.plot_data import ring_down_plot_data
     from platform_daemon.features.fit.ring_down_figure import save_png
     from platform_daemon.features.fit.ring_down_page import open_in_browser, ring_down_html
 
-    measurement = open_voltages(file, calibration_in(calibration))
+    measurement = open_measurement(file, calibration_in(calibration))
     say_note(measurement.path, measurement.other_layout)
     stem = f"{file.name.removesuffix('.h5').removesuffix('.mmr')}-frame{frame}"
     html = file.with_name(f"{stem}.html") if interactive else None
