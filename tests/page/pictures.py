@@ -9,6 +9,7 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 from tests.kit.browser import visit
+from tests.kit.command_line import wait_for
 from tests.kit.data import ROOT
 from tests.kit.rest import finished
 from tests.kit.served import ready
@@ -36,6 +37,17 @@ def main() -> None:
         page.get_by_text("What would happen").wait_for(timeout=120_000)
         page.evaluate("scrollTo(0, 0)")
         page.screenshot(path=PICTURES / "page-start.png", full_page=True)
+        ramp = {"kind": "ramp", "acquisition": {"resonator": "thread_imperfect", "sequence": {"rx_s": 1.0}}}
+        daemon.post("/procedures", {**ramp, "start_t": 2.2e-4})
+        page.goto(f"{daemon.address}/page/#/ramp")
+        page.get_by_role("cell", name="suspected").first.wait_for(timeout=240_000)
+        page.screenshot(path=PICTURES / "page-ramp.png", full_page=True)
+        phone = visit(browser, daemon.address, "#/shot", viewport={"width": 360, "height": 780}, color_scheme="dark")
+        phone.page.get_by_text("Table: Spectrum").wait_for(timeout=120_000)
+        phone.page.wait_for_timeout(1000)
+        phone.page.screenshot(path=PICTURES / "page-phone.png")
+        daemon.stop_all()
+        wait_for(lambda: daemon.get("/platform").json()["running"] is None)
         daemon.post("/acquisitions", {**SERIES, "shots": 12})
         page.goto(f"{daemon.address}/page/#/now")
         page.get_by_text("fit of shot 4").wait_for(timeout=120_000)

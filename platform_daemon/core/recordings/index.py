@@ -113,13 +113,14 @@ def resolve(folder: Path | str, identifier: str) -> Path:
     may have its letters in another form of Unicode than the name of the file (a Mac writes the form that a keyboard
     does not), if only one file is meant.
     """
-    files = list(recording_files(Path(folder)))
-    for path in files:
-        if path.stem == identifier:
-            return path
-    alike = [path for path in files if same_name(path.stem) == same_name(identifier)]
+    names = [name for name in _names(Path(folder)) if _is_text(name)]
+    ids = [os.path.splitext(name)[0] for name in names]
+    for name, each in zip(names, ids, strict=True):
+        if each == identifier:
+            return Path(folder, name)
+    alike = [name for name, each in zip(names, ids, strict=True) if same_name(each) == same_name(identifier)]
     if len(alike) == 1:
-        return alike[0]
+        return Path(folder, alike[0])
     what, why, remedy = f"no recording {identifier!r}", "", "list the recordings for their ids"
     if any(target_of(each).stem == identifier for each in staging_folders(Path(folder))):
         why = "its shots are put together when the series has ended"
@@ -129,22 +130,31 @@ def resolve(folder: Path | str, identifier: str) -> Path:
 
 def recording_files(folder: Path) -> Iterator[Path]:
     """What may be a recording by its name and place, sorted by name."""
+    for name in _names(folder):
+        if _is_text(name):
+            yield folder / name
+
+
+def _names(folder: Path) -> list[str]:
+    """Sorted; among thousands of files only links are looked at one by one."""
     if not folder.is_dir():
-        return
-    for path in _files(folder):
-        if _is_text(path.name):
-            yield path
+        return []
+    with os.scandir(folder) as entries:
+        return sorted(each.name for each in entries if _may_be_recording(each, folder))
 
 
-def _files(folder: Path) -> Iterator[Path]:
-    for path in sorted(folder.iterdir()):
-        if path.suffix in SUFFIXES and not path.name.startswith(".") and path.is_file() and _stays_in(path, folder):
-            yield path
+def _may_be_recording(entry: os.DirEntry[str], folder: Path) -> bool:
+    if entry.name.startswith(".") or os.path.splitext(entry.name)[1] not in SUFFIXES:
+        return False
+    if not entry.is_symlink():
+        return entry.is_file()
+    path = folder / entry.name
+    return path.is_file() and _stays_in(path, folder)
 
 
 def _unnamable(folder: Path) -> list[Broken]:
     """Files whose name is no text: nothing that is sent or stored could name them."""
-    found = [path for path in _files(folder) if not _is_text(path.name)] if folder.is_dir() else []
+    found = [folder / name for name in _names(folder) if not _is_text(name)]
     shown = [path.with_name(os.fsencode(path.name).decode(errors="backslashreplace")) for path in found]
     return [Broken(path.stem, path, _no_text(path)) for path in shown]
 
@@ -164,7 +174,7 @@ def _is_text(name: str) -> bool:
 
 def _stays_in(path: Path, folder: Path) -> bool:
     """A link may lead to another name in the folder, and nowhere else: what is served is what lies here."""
-    return not path.is_symlink() or path.resolve().parent == folder.resolve()
+    return path.resolve().parent == folder.resolve()
 
 
 def _age(name: str) -> tuple[int, str]:

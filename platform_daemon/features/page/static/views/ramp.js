@@ -42,7 +42,7 @@ export async function show(root, parts) {
       ["Ramp", h("a", { href: `#/jobs/${id}` }, id)], ["State", stateOf(job)], ["Time left", job.state === "running" ? duration(job.progress.time_left_s) : null],
       ["Side modes count as visible from", outcome && `${significant(outcome.visible_am2_per_s, 3)} A m²/s`],
       [`Threshold${soFar}`, found ? threshold(found) : outcome ? (job.finished ? "not reached" : "not reached yet") : "no step yet"],
-      [`Operating field${soFar}`, outcome && microtesla(outcome.operating_field_t)], [`Highest field allowed from now on${soFar}`, outcome && microtesla(outcome.max_field_t)],
+      [`Operating field${soFar}`, outcome && microtesla(outcome.operating_field_t)], [`Highest field allowed later${soFar}`, outcome && microtesla(outcome.max_field_t)],
       ["Chance to pass the threshold by a step", outcome && `${significant(100 * outcome.overdose_rate, 3)} % at most`],
       ["Overshoot", outcome?.overshoot_t ? microtesla(outcome.overshoot_t) : null],
       ["Next field", next ? `${microtesla(next.field_t)}: ${WHY[next.why]}; the threshold lies at or below it with a chance of ${significant(100 * next.chance, 2)} %` : null],

@@ -22,6 +22,8 @@ async function showOne(root, name) {
   const changes = h("div");
   const pictures = h("div", { class: "plots" });
   root.replaceChildren(h("h2", {}, name), about, changes, pictures);
+  const asked = get(`${path}/trend?newest=${NEWEST}`, { slow: true });
+  asked.catch(() => {}); // it is said below
   const found = await get(path, { slow: true });
   fill(about, facts([
     ["Recordings", h("a", { href: `#/recordings/of/${encodeURIComponent(name)}` }, found.recordings)], ["Shots", found.shots], ["First", when(found.first)], ["Last", when(found.last)],
@@ -31,7 +33,7 @@ async function showOne(root, name) {
     each.key ?? each.name, each.variant, each.recordings, microtesla(each.max_field_t) ?? "not found by a ramp", microtesla(each.operating_field_t) ?? "–", preset(each.sequence)])));
   let trend;
   try {
-    trend = await get(`${path}/trend?newest=${NEWEST}`, { slow: true });
+    trend = await asked;
   } catch (error) {
     fill(changes, errorBox(error));
     return;
