@@ -88,7 +88,7 @@ def _candidate(label: str, first: float, scale: float, **table: Any) -> Candidat
 
 
 TORQUES = (
-    _candidate("coulomb_friction", 20.0, 10.0, id="coulomb_friction"),
+    _candidate("coulomb_friction", 25.0, 10.0, id="coulomb_friction"),
     _candidate("hertz_friction", 20.0, 10.0, id="hertz_friction"),
     _candidate("quadratic_drag", 1e-4, 1e-4, id="quadratic_drag"),
     _candidate("angle_dependent_damping", 0.1, 0.1, id="angle_dependent_damping"),
@@ -106,7 +106,7 @@ SIGNALS = (
 )
 _NON_NEGATIVE = {"coulomb_friction", "hertz_friction", "quadratic_drag", "receive_lowpass", "channel_delay"}
 _START = {
-    "thread": {"f_nat_hz": 215.69, "m_r_am2": 11.1e-3, "lambda_per_s": 0.22, "field_t": 215e-6},
+    "thread": {"f_nat_hz": 215.66, "m_r_am2": 11.26e-3, "lambda_per_s": 0.2116, "field_t": 211e-6},
     "jewel": {"f_nat_hz": 213.2, "m_r_am2": 12.1e-3, "lambda_per_s": 0.1, "tf_over_i_rad_per_s2": 1300.0,
               "field_t": 490e-6},
 }  # fmt: skip
