@@ -9,7 +9,7 @@ PAGE := platform_daemon/features/page
 # Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: paper-wound coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -99,6 +99,10 @@ peers: install .venv/.peers
 	$(BIN)/pip install --disable-pip-version-check --constraint constraints.txt --constraint constraints-peers.txt --editable '.[dev,peers]'
 	$(BIN)/pip install --disable-pip-version-check --constraint constraints-peers.txt --no-deps sysidentpy
 	touch $@
+
+# `make paper-wound WOUND='--variant jewel --only "channel_gain of u"'` is a short one.
+paper-wound: install
+	$(BIN)/python -m tests.campaigns.paper_wound $(WOUND)
 
 # `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
 diagnose-study: install

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _QUICK_SHOTS = 10
 _BLANK_SHOTS = 4  # as characterise has it
-_FITS_PER_LEVEL = 100  # of the noise sweep: of fewer shots several draws of noise
+_FITS_PER_LEVEL = 30  # of the noise sweep: of fewer shots several draws of noise
 
 
 @option_groups

@@ -150,6 +150,15 @@ def test_a_resonator_that_was_measured_whole_is_found_again_and_no_other(report,
         outcome_in(tmp_path / "c", "jewel", of="another")
 
 
+def test_a_log_of_another_version_is_not_reported_on(report, tmp_path):
+    write_log(tmp_path / "c", report, version="0.0.1")
+    with pytest.raises(InputError, match="another version"):
+        outcome_in(tmp_path / "c", "jewel")
+    (tmp_path / "c" / "jewel.h5.log.json").write_text("{")
+    with pytest.raises(InputError, match="no log of a procedure"):
+        outcome_in(tmp_path / "c", "jewel")
+
+
 def test_folders_that_cannot_be_continued(report, tmp_path):
     write_log(tmp_path / "c", report)
     assert_one_line_error(here("reproduce", "--out", tmp_path / "c"), 2, "not empty", "--resume")

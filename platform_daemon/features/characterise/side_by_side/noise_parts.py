@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pydantic import ValidationError
 
-from drivers.errors import InputError
+from drivers.errors import InputError, PlatformError
 from platform_daemon import __version__
 from platform_daemon.core.schemas.base import to_json
 from platform_daemon.core.state.durable import write_file
@@ -93,7 +93,7 @@ def make_parts(
 ) -> None:
     """Make what is missing of a shard (number from 1, of so many), and keep each part as it is done.
 
-    Raises PlatformError, and what the workers raise: one that Dask has lost is made again by Dask.
+    A part of a worker that is lost is made again by Dask.  Raises PlatformError.
     """
     number, count = shard
     mine = [k for k in range(len(sweep.parts)) if k % count == number - 1]
@@ -105,11 +105,26 @@ def make_parts(
                 k = waiting.pop()
                 running[workers.executor.submit(fit_noisy_shots, _as_sent(parts[k], workers))] = k
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                write_file(_file(folder, running.pop(future)), to_json(future.result()).encode())
+                k = running.pop(future)
+                write_file(_file(folder, k), to_json(_result(future, parts[k])).encode())
             tell(1.0 - (len(waiting) + len(running)) / len(mine))
     finally:
         for future in running:
             future.cancel()
+
+
+def _result(future: Future[NoisePart], part: NoisyShots) -> NoisePart:
+    """Raises PlatformError, also for workers that died or were lost."""
+    try:
+        return future.result()
+    except PlatformError:
+        raise
+    except (Exception, CancelledError) as error:
+        why = f"{type(error).__name__}: {error}"
+        remedy = "run the same command again: the parts that are made stay"
+        raise PlatformError(
+            "a part of the sweep was lost", where=str(part.source.path), why=why, remedy=remedy
+        ) from None
 
 
 def _as_sent(part: NoisyShots, workers: WorkerPool) -> NoisyShots:

@@ -1,12 +1,15 @@
 """White noise added to recorded shots: how much, in which parts, and where the second becomes the more precise one."""
 
 import itertools
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from drivers.errors import InputError
+from drivers.errors import InputError, PlatformError
 from platform_daemon.features.characterise.side_by_side.noise_curves import noise_report
 from platform_daemon.features.characterise.side_by_side.noise_fits import added_sd
 from platform_daemon.features.characterise.side_by_side.noise_parts import make_parts, parts_of, prepare_parts
@@ -20,7 +23,7 @@ from platform_daemon.features.characterise.side_by_side.sweep import (
     sweep_of,
 )
 from platform_daemon.features.characterise.tables import characterisation_task, characterise
-from platform_daemon.features.fit.batch.executors import in_this_process
+from platform_daemon.features.fit.batch.executors import WorkerPool, in_this_process
 from platform_daemon.features.fit.fit_request import FitSettings
 from tests.kit.command_line import assert_one_line_error, here
 from tests.kit.ring_down_series import jewels, write_ring_downs
@@ -161,6 +164,16 @@ def test_parts_of_another_sweep_and_broken_ones_are_refused(sweep, tmp_path):
     (tmp_path / "plan.json").write_text("{}")
     with pytest.raises(InputError, match="no plan"):
         prepare_parts(tmp_path, sweep)
+
+
+def test_workers_that_die_end_it_with_a_remedy_and_keep_what_is_made(sweep, tmp_path):
+    prepare_parts(tmp_path, sweep)
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=os._exit, initargs=(1,)) as pool:
+        workers = WorkerPool(pool, 1)
+        with pytest.raises(PlatformError, match="a part of the sweep was lost") as lost:
+            make_parts(tmp_path, sweep, (1, 1), workers, lambda share: None)
+    assert "BrokenProcessPool" in lost.value.why
+    assert "parts that are made stay" in lost.value.remedy
 
 
 @pytest.mark.parametrize(
