@@ -17,7 +17,7 @@ _NAMED_WINDOWS: dict[str, Window] = {"n50": "n50", "d30": "d30"}
 
 
 def parse_window(text: str) -> Window:
-    """ "n50", "d30", also in capital letters as tables say them, or a positive number of seconds.  Raises InputError."""
+    """ "n50", "d30", also in capital letters as tables have them, or a positive number of s.  Raises InputError."""
     if text.lower() in _NAMED_WINDOWS:
         return _NAMED_WINDOWS[text.lower()]
     try:
