@@ -32,7 +32,6 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "other.toml").write_text("a = 1\n")
     write_minimal(tmp_path / "packed.h5", {"/data": packed_by(NO_FILTER, MINIMAL["/data"])})
     (tmp_path / "twice.csv").write_text("time_s,x_v,x_v\n0,1,0\n1,2,0\n")
-    (tmp_path / "utf16.csv").write_text("time_s,x_v\n0,1\n1,2\n", encoding="utf-16")
     return tmp_path
 
 

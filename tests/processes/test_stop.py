@@ -74,7 +74,7 @@ def test_one_that_hangs_is_ended_and_what_waits_does_not_begin_when_the_next_one
     halted = daemon.kill("hardware", signal.SIGSTOP)
     _, said = stopped(daemon)
     assert said["hung"]
-    assert "ended" in said["status"]
+    assert "killed" in said["status"]
     assert daemon.pid("hardware") not in (None, halted)
     assert [daemon.get(each).json()["state"] for each in jobs] == ["failed", "cancelled", "cancelled"]
     assert not stopped(daemon)[1]["hung"]

@@ -343,7 +343,7 @@ class AsyncClient:
             yield each
 
     async def measurand(self, name: str) -> MeasurandCalibration:
-        """A calibration by KEY or KEY@VERSION."""
+        """A calibration.  name: KEY, which is its newest version, or KEY@VERSION."""
         return await self._transport.get(MeasurandCalibration, "get_measurand", name=name)
 
     async def alarms(self) -> AsyncIterator[Alarm]:

@@ -231,7 +231,8 @@ class AsyncFit(AsyncJob[FitReport]):
     async def budget(self, quantity: str, *, shot: int | None = None, coverage: float = 0.95) -> BudgetReport:
         """The uncertainty budget of a parameter, by the model and the window of this fit.
 
-        shot: one frame, from 0; None: the mean of the recording.  coverage: probability of the interval value ± U.
+        quantity: public name of the parameter, as m_r_am2.  shot: one frame, from 0; None: the mean of the recording.
+        coverage: probability of the interval value ± U, above 0 and below 1.
         Raises InputError for a fit with further terms, held parameters or hints.
         """
         request = self.view.request

@@ -144,7 +144,10 @@ class AsyncRecording:
         window: Window = "d30",
         variant: str | None = None,
     ) -> bytes:
-        """The same as a PNG: a bar for each contribution, the largest on top."""
+        """The same as a PNG: a bar for each contribution, the largest on top.
+
+        quantity, shot, coverage, window, variant: as of `budget`.
+        """
         query = {"quantity": quantity, "shot": shot, "coverage": coverage, "window": window, "variant": variant}
         return (await self._transport.send("draw_budget", query=query, identifier=self.id)).content
 
@@ -153,7 +156,8 @@ class AsyncRecording:
     ) -> MeasurandReport:
         """The recording as readings of a sensor: value and expanded uncertainty of every shot and of their mean.
 
-        calibration: KEY or KEY@VERSION; None: the newest of the specimen.  extrapolate: read outside of its range, too.
+        calibration: KEY or KEY@VERSION; None: the newest of the specimen.  coverage: probability of the interval value
+        ± U, above 0 and below 1.  extrapolate: read outside of its range, too.
         """
         query = {"calibration": calibration, "coverage": coverage, "extrapolate": extrapolate}
         return await self._transport.get(MeasurandReport, "read_measurand", query, identifier=self.id)

@@ -327,7 +327,7 @@ class Client:
         yield from self._transport.items(MeasurandCalibration, "list_measurands")
 
     def measurand(self, name: str) -> MeasurandCalibration:
-        """A calibration by KEY or KEY@VERSION."""
+        """A calibration.  name: KEY, which is its newest version, or KEY@VERSION."""
         return self._transport.get(MeasurandCalibration, "get_measurand", name=name)
 
     def alarms(self) -> Iterator[Alarm]:

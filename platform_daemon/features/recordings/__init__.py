@@ -7,6 +7,10 @@ FEATURE = Feature(
     tag=("recordings", "What was measured, with its dm/dt"),
     commands=(
         Command(name="info", attribute="info", help="Show what a recording contains, or a table of volts or dm/dt."),
-        Command(name="plot", attribute="plot", help="Draw dm/dt with the fit over it, the residual and the spectrum."),
+        Command(
+            name="plot",
+            attribute="plot",
+            help="Draw dm/dt, volts or an angle with the fit over it, the residual and the spectrum.",
+        ),
     ),
 )

@@ -24,7 +24,10 @@ from tests.kit.schema_samples import CLI, REST
 
 FEATURES = Path(platform_daemon.__file__).parent / "features"
 CORE = [f"{schemas.__name__}.{m.name}" for m in pkgutil.iter_modules(schemas.__path__)]
-OF_FEATURES = [f"platform_daemon.features.{f.parent.name}.{f.stem}" for f in sorted(FEATURES.glob("*/*schema.py"))]
+OF_FEATURES = [
+    ".".join(("platform_daemon.features", *file.relative_to(FEATURES).with_suffix("").parts))
+    for file in sorted(FEATURES.rglob("*schema.py"))
+]
 NAMES = [*CORE, *OF_FEATURES, "platform_daemon.diagnosis.report_schema"]
 MODULES = [importlib.import_module(name) for name in NAMES]
 MODELS = [

@@ -120,7 +120,7 @@ def test_shots_that_are_gone_when_a_series_is_resumed_are_told(tmp_path, linked_
     made.server.close()
     made.engine.close()
     assert (again.state, again.result.shots) == (JobState.DONE, 3), again.error
-    assert any("2 of 2 shots are gone from the disk" in each for each in again.warnings)
+    assert any("2 of 2 shots are missing on the disk" in each for each in again.warnings)
 
 
 def test_one_that_is_being_planned_when_everything_is_stopped_is_cancelled(left, monkeypatch):

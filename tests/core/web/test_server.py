@@ -373,7 +373,7 @@ def test_every_field_of_every_schema_says_what_it_is_and_every_answer_has_an_exa
 
 def test_no_schema_is_there_twice(client):
     names = client.get("/openapi.json").json()["components"]["schemas"]
-    assert not [name for name in names if name.endswith(("-Input", "-Output")) or "Validation" in name]
+    assert not [name for name in names if name.endswith(("-Input", "-Output", "ValidationError"))]
 
 
 def test_of_a_body_of_which_all_is_wrong_so_much_is_explained_as_takes_no_time(client):

@@ -1,10 +1,11 @@
 """The notebooks of the examples with their outputs, as the site shows them.
 
-python -m tests.kit.notebooks        runs all of them, and writes docs/notebooks
+python -m tests.testing.notebooks        runs all of them, and writes docs/notebooks
 """
 
 from __future__ import annotations
 
+import argparse
 import base64
 import io
 import sys
@@ -61,8 +62,11 @@ def _in_few_colours(png: str) -> str:
 
 def main() -> int:
     """By hand."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("notebooks", nargs="*", help="names of files in examples/notebooks; none: all")
+    chosen = parser.parse_args().notebooks or names()
     SHOWN.mkdir(exist_ok=True)
-    for name in sys.argv[1:] or names():
+    for name in chosen:
         with tempfile.TemporaryDirectory() as folder:
             nbformat.write(executed(name, Path(folder)), SHOWN / name)
         print(f"{name}: {(SHOWN / name).stat().st_size / 1e3:.0f} kB", flush=True)
