@@ -63,8 +63,8 @@ def _in_few_colours(png: str) -> str:
 def main() -> int:
     """By hand."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("notebooks", nargs="*", help="names of files in examples/notebooks; none: all")
-    chosen = parser.parse_args().notebooks or names()
+    parser.add_argument("--only", action="append", help="name of a file in examples/notebooks; may be repeated")
+    chosen = parser.parse_args().only or names()
     SHOWN.mkdir(exist_ok=True)
     for name in chosen:
         with tempfile.TemporaryDirectory() as folder:
