@@ -1,0 +1,1 @@
+"""A rotor of five degrees of freedom: two of its bearing, three of its orientation; manufacturing errors and gravity."""
