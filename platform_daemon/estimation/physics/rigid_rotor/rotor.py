@@ -84,7 +84,8 @@ class RotorGeometry:
 class CoilDrive:
     """What the coils play from rest on, as the recording states it.
 
-    field_t: (3,) peak in world axes; phase_rad: of the sine at its start, t = 0; rx_start_s: of the first RX sample.
+    field_t: (3,) peak in world axes; phase_rad: of the field's sine at its start, t = 0; rx_start_s: of the first RX
+    sample; lag_s: L/R of the coils, by which the field begins and ends.
     """
 
     field_t: tuple[float, float, float]
@@ -92,6 +93,7 @@ class CoilDrive:
     phase_rad: float
     duration_s: float
     rx_start_s: float
+    lag_s: float = LIMITS.drive_lag_s
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,9 +104,8 @@ class RotorValues:
     jewel's contact when it only spins, undeflected; creep_m_per_s: slip below which the contact creeps; tilts and
     displacement as in fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's
     moment against the thread or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes;
-    turn_*_rad: rotation vector by which it is turned, in u, v, w; drive_size: times the stated field; drive_phase_rad:
-    of the current, added to the stated phase; drive_delay_s: of the samples; drive_lag_s: L/R of the coils;
-    start_*: of the swing at the start of the drive.
+    turn_*_rad: rotation vector by which it is turned, in u, v, w; drive_size: times the stated field; drive_delay_s: of
+    the samples; start_*: of the swing at the start of the drive.
     """
 
     f_nat_hz: float
@@ -122,9 +123,7 @@ class RotorValues:
     turn_v_rad: float = 0.0
     turn_w_rad: float = 0.0
     drive_size: float = 1.0
-    drive_phase_rad: float = 0.0
     drive_delay_s: float = 0.0
-    drive_lag_s: float = 0.0
     start_angle_rad: float = 0.0
     start_speed_rad_per_s: float = 0.0
 
@@ -204,7 +203,7 @@ class RigidRotor:
         v, d = self.values, self.drive
         out[FIELD : FIELD + 3] = v.drive_size * (self.rotation.T @ np.array(d.field_t))
         out[PULSATION] = 2.0 * math.pi * d.frequency_hz
-        out[PHASE], out[LAG], out[END] = d.phase_rad + v.drive_phase_rad, v.drive_lag_s, d.duration_s
+        out[PHASE], out[LAG], out[END] = d.phase_rad, d.lag_s, d.duration_s
         return out
 
     def rest(self) -> Array:

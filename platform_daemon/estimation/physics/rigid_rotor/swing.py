@@ -91,7 +91,7 @@ def swing(y, p, drive, first_s, step_s, scale, given, out):  # type: ignore[no-u
     than the samples need if the motion cannot be followed.
     """
     n = out.shape[0]
-    end = max(first_s + (n - 1) * step_s, drive[END])
+    end = max(first_s + n * step_s, drive[END])  # a sample more: neighbours may be sampled a little later
     k, work, new = np.empty((STAGES, STATES)), np.empty(STATES), np.empty(STATES)
     now = y.copy()
     ends = np.empty(1024 if given.size == 0 else given.size)
