@@ -5,9 +5,9 @@ import pytest
 
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
 from sim_backend.rotor.rigid_body.motion import move
+from sim_backend.rotor.rigid_body.parameters import body_parameters
 from sim_backend.rotor.rigid_body.rest import rest_state
 from sim_backend.rotor.rotor import effective
-from sim_backend.rotor.rigid_body.parameters import body_parameters
 from tests.kit.estimated_rotors import true_rotor
 from tests.kit.rigid_rotors import moment, rigid_specimen
 

@@ -32,7 +32,8 @@ class RotorFit:
     """A fit of shots together.
 
     values: of each shot; std: of each shot by name, widened where the residual exceeds the noise; chi2: of each shot;
-    dof: of each shot; window_s: the last window; defect: that was free, None: none.
+    dof: of each shot; window_s: the last window; defect: that was free, None: none; stages: the windows that came
+    before, s, each with the values of the shots as they were fitted to it alone.
     """
 
     shots: tuple[RotorShot, ...]
@@ -42,6 +43,7 @@ class RotorFit:
     dof: tuple[float, ...]
     window_s: float
     defect: Defect | None
+    stages: tuple[tuple[float, tuple[RotorValues, ...]], ...] = ()
 
     @property
     def chi2_per_dof(self) -> float:
@@ -67,12 +69,11 @@ class _Layout:
     @classmethod
     def of(cls, shots: Sequence[RotorShot], defect: Defect | None, held: Sequence[str], window_s: float) -> _Layout:
         free, places, shared, size = [], [], dict[str, int](), 0
-        whole = window_s >= longest_s(shots)
         for shot in shots:
             of_shot = tuple(
                 p
                 for p in free_parameters(shot.geometry, defect, moving=shot.moving)
-                if p.name not in held and (p.from_s <= window_s or whole)
+                if p.name not in held and p.from_s <= window_s
             )
             here = []
             for p in of_shot:
@@ -116,6 +117,7 @@ def fit_rotor(
     *,
     first_window_s: float = LIMITS.first_window_s,
     held: Sequence[str] = (),
+    whole: bool = True,
 ) -> RotorFit:
     """Fit shots of one specimen together.
 
@@ -125,21 +127,23 @@ def fit_rotor(
         pool: for the columns of the Jacobian.
         first_window_s: of the windows that grow.
         held: names of parameters that are not free.
+        whole: the window of the whole ring-down frees every parameter; False: only those that its length tells.
 
     Raises:
         RotorFitError: the start values are far from any rotor, or nothing is determined.
     """
     first = [s.values for s in shots]
-    values, whole = list(first), longest_s(shots)
-    window_s = min(first_window_s, whole)
+    values, longest, stages = list(first), longest_s(shots), []
+    window_s = min(first_window_s, longest)
     while True:
-        layout = _Layout.of(shots, defect, held, window_s)
+        layout = _Layout.of(shots, defect, held, window_s if window_s < longest or not whole else math.inf)
         values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, pool)
-        if window_s >= whole:
+        if window_s >= longest:
             break
+        stages.append((window_s, tuple(values)))
         window_s *= LIMITS.window_growth
-        if window_s * math.sqrt(LIMITS.window_growth) > whole:
-            window_s = whole
+        if window_s * math.sqrt(LIMITS.window_growth) > longest:
+            window_s = longest
     try:
         covariance = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
@@ -157,6 +161,7 @@ def fit_rotor(
         dof=tuple(dof),
         window_s=window_s,
         defect=defect,
+        stages=tuple(stages),
     )
 
 

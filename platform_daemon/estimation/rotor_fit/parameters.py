@@ -65,12 +65,5 @@ def free_parameters(geometry: RotorGeometry, defect: Defect | None, *, moving: b
             FreeParameter(
                 name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd, common=True
             ),
-            FreeParameter(
-                name="creep_m_per_s",
-                step=LIMITS.step_creep_m_per_s,
-                sd=LIMITS.creep_sd_m_per_s,
-                common=True,
-                from_s=LIMITS.creep_from_s,
-            ),
         ]
     return (*own, *common)

@@ -15,6 +15,19 @@ from .parameters import FreeParameter
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class RotorContext:
+    """What is known of a shot's rotor before any fit.
+
+    rotation: (3, 3) as declared, from u, v, w to world axes; moving: see RotorShot.
+    """
+
+    geometry: RotorGeometry
+    drive: CoilDrive
+    rotation: Array
+    moving: bool
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class RotorShot:
     """A ring-down after a known drive.
 
@@ -81,5 +94,3 @@ def chi2_of(shot: RotorShot, values: RotorValues, window_s: float) -> float:
     """Sum of squares of the whitened residual.  Raises NoRestError, LostRotorError."""
     residual = shot.residual(values, window_s)[0]
     return float(residual @ residual)
-
-

@@ -42,21 +42,25 @@ class RigidRotorThresholds:
     step_m: float = tuned(1e-9, "m", "of the difference for a displacement")
     step_speed_rad_per_s: float = tuned(1e-3, "rad/s", "of the difference for the speed at the start")
     step_friction_rad_per_s2: float = tuned(1e-2, "rad/s^2", "of the difference for T_f/I")
-    step_creep_m_per_s: float = tuned(1e-6, "m/s", "of the difference for the creep")
     drive_size_sd: float = tuned(0.03, "1", "of the field over the commanded one: transmit calibration and coils")
     drive_delay_sd_s: float = tuned(1e-4, "s", "of the samples against the drive: filters and gates")
-    drive_lag_s: float = tuned(3e-4, "s", "L/R of Helmholtz pairs of such a size: a sine of whole periods hardly shows it")
+    drive_lag_s: float = tuned(
+        3e-4, "s", "L/R of Helmholtz pairs of such a size: a sine of whole periods hardly shows it"
+    )
     start_sd_rad: float = tuned(0.2, "rad", "of the swing that may be left of the shot before")
     typical_rad_per_s: float = tuned(1300.0, "rad/s", "omega_nat of such a resonator, for the speed of that swing")
+    jewel_damping_per_s: float = tuned(
+        0.1, "1/s", "lambda of a jewel at most, where a fit starts: one angle's takes the slip"
+    )
     side_damping_per_s: float = tuned(5.0, "1/s", "of side modes, where a fit starts")
     side_damping_sd_per_s: float = tuned(30.0, "1/s", "how well that is known")
     friction_coefficient_sd: float = tuned(0.05, "1", "of mu by the materials")
-    creep_m_per_s: float = tuned(2e-3, "m/s", "slip below which a contact creeps, where a fit starts")
-    creep_sd_m_per_s: float = tuned(2e-3, "m/s", "how well that is known")
+    creep_m_per_s: float = tuned(
+        2e-3, "m/s", "slip below which a jewel's contact creeps; free, it trades with the losses along a narrow valley"
+    )
     defect_start_rad: float = tuned(0.02, "rad", "tilt at which a fit starts, with both signs")
     defect_start_m: float = tuned(1e-4, "m", "the same for a displacement")
     damping_from_s: float = tuned(0.15, "s", "window from which on the dampings are free", START)
-    creep_from_s: float = tuned(0.3, "s", "window from which on the creep is free", START)
     first_window_s: float = tuned(0.05, "s", "of the windows that grow; each is twice the one before")
     window_growth: float = tuned(2.0, "1", "ratio of a window to the one before")
     most_steps: int = tuned(40, "steps", "of Gauss-Newton in a window")
