@@ -76,8 +76,8 @@ class Diagnosis:
         parameters_before, parameters_after: means by public name, SI; sigma_before, sigma_after: |N50 - D30| over its
             standard error.
         plane: whether the motion leaves the plane of one angle; None: what was recorded does not tell. rotor: the
-            manufacturing error that explains that it does; then it is what `named`, `verdict` and `parameters_after` are
-            about, and `final` is the declared model alone.
+            manufacturing error that explains that it does; `named`, `verdict`, `after` and `parameters_after` are then
+            about it, and `final` is the declared model alone.
         torque: map of the missing torque. moving: parameters that are not constant. notes: sentences for the reader.
         seconds: wall time of the diagnosis, s.
     """
@@ -307,7 +307,7 @@ def _with_rotor(
         std=rotor.std,
         log_p=log_chance(gain / max(1.0, left), 1, float(len(DEFECTS))),
         held_out_gain=after.worse_by(begun.before) * -1.0,
-        confounders=tuple(Confounder(Candidate(e), 0.0, gain) for e in rotor.alike),
+        confounders=tuple(Confounder(candidate=Candidate(e), rise=0.0, gain=gain) for e in rotor.alike),
     )
     alike = f", or what acts alike: {', '.join(e.id for e in rotor.alike)}" if rotor.alike else ""
     rest = "" if left < THRESHOLDS.regression.noise_chi2_per_dof else f"; chi2/dof stays at {left:.3g}"

@@ -1,1 +1,1 @@
-"""Does the motion leave its plane, and which manufacturing error of a rotor with five degrees of freedom explains it."""
+"""Does the motion leave its plane, and which manufacturing error of a rigid rotor explains that it does."""

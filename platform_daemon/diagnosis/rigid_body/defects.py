@@ -179,7 +179,7 @@ def _alone(shot: RotorShot, defect: Defect, pool: Executor) -> RotorFit:
     n = shot.count(_LIMITS.sign_window_s)
     tried = []
     for sign in (1.0, -1.0):
-        begun = replace(shot, values=replace(shot.values, **{defect: sign * size}))
+        begun = replace(shot, values=shot.values.with_numbers({defect: sign * size}))
         try:
             tried.append(fit_rotor([replace(begun, samples=shot.samples[:, :n])], defect, pool, whole=False))
         except RotorFitError:
@@ -261,7 +261,7 @@ def _alike(shot: RotorShot, found: RotorFit, pool: Executor) -> list[Defect]:
     for rival in rivals:
         size = _START.defect_start_m if rival == "lateral_displacement_m" else _START.defect_start_rad
         for sign in (1.0, -1.0):
-            begun = replace(values, **{"stator_tilt_rad": 0.0, "turn_v_rad": 0.0, rival: sign * size})
+            begun = values.with_numbers({"stator_tilt_rad": 0.0, "turn_v_rad": 0.0, rival: sign * size})
             try:
                 other = fit_rotor([replace(short, values=begun)], rival, pool)
             except RotorFitError:
@@ -283,7 +283,7 @@ def _means(fit: RotorFit) -> dict[str, Mean]:
         common = name == "lambda_per_s"
         std = float(errors[0]) if common else float(np.sqrt(np.sum(errors**2)) / errors.size)
         scatter = None if common or values.size == 1 else float(values.std(ddof=1))
-        found[name] = Mean(float(values.mean()), std, scatter)
+        found[name] = Mean(value=float(values.mean()), std=std, scatter=scatter)
     turned = np.array(
         [rodrigues_from_rotation(s.rotor(v).rotation) for s, v in zip(fit.shots, fit.values, strict=True)]
     )
@@ -291,5 +291,5 @@ def _means(fit: RotorFit) -> dict[str, Mean]:
     std = float(np.sqrt(np.sum(spread**2) / spread.size) / math.sqrt(len(spread)))
     for k, name in enumerate(("rodrigues_x", "rodrigues_y", "rodrigues_z")):
         scatter = None if len(turned) == 1 else float(turned[:, k].std(ddof=1))
-        found[name] = Mean(float(turned[:, k].mean()), std, scatter)
+        found[name] = Mean(value=float(turned[:, k].mean()), std=std, scatter=scatter)
     return found

@@ -1,4 +1,4 @@
-"""The plane test: a rotor of one angle moves its moment in the plane across its axis, so that dm/dt has no part along it.
+"""The plane test: a rotor of one angle moves its moment in the plane across its axis, and dm/dt has no part along it.
 
 Crosstalk and a tilted frame bring parts of the other two there; a component proportional to the data across the axis is
 taken out, as far as one constant factor for each can.

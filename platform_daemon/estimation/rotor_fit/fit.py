@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -91,7 +91,7 @@ class _Layout:
     def moved(self, values: Sequence[RotorValues], step: Array) -> list[RotorValues]:
         """The values of each shot after a step (size,)."""
         return [
-            replace(v, **{p.name: getattr(v, p.name) + float(step[k]) for p, k in zip(free, places, strict=True)})
+            v.with_numbers({p.name: getattr(v, p.name) + float(step[k]) for p, k in zip(free, places, strict=True)})
             for v, free, places in zip(values, self.free, self.places, strict=True)
         ]
 
@@ -187,7 +187,7 @@ def _settled(
             expected = float(2.0 * gradient @ step - step @ matrix @ step)
             if expected < LIMITS.settled_chi2 and damping <= LIMITS.first_damping:
                 break
-            trial = layout.moved(values, step)
+            trial = layout.moved(values, np.asarray(step, dtype=np.float64))
             fall = total - _cost(shots, layout, trial, first, window_s)
             if fall > 0.0:
                 values, moved = trial, True

@@ -1,4 +1,4 @@
-"""What a fit of the rigid rotor leaves free: step of the differences, what is known beforehand, common or of each shot."""
+"""What a fit of the rigid rotor leaves free, and what is known of it beforehand."""
 
 from __future__ import annotations
 

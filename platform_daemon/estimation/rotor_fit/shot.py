@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -82,7 +82,7 @@ def linearised(
     residual = shot.whitened(shot.samples[:, :n] - model)
 
     def column(p: FreeParameter) -> Array:
-        moved = replace(values, **{p.name: getattr(values, p.name) + p.step})
+        moved = values.with_numbers({p.name: getattr(values, p.name) + p.step})
         other, _ = shot.rotor(moved).dm_dt(n, shot.rate_hz, steps)
         return shot.whitened((other - model) / p.step)
 

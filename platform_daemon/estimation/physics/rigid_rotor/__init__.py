@@ -1,1 +1,1 @@
-"""A rotor of five degrees of freedom: two of its bearing, three of its orientation; manufacturing errors and gravity."""
+"""A rotor of five degrees of freedom, two of its bearing and three of its orientation, with manufacturing errors."""

@@ -1,9 +1,10 @@
-"""The rigid rotor by named parameters: its geometry, its manufacturing errors, its drive, and the dm/dt that follows."""
+"""The rigid rotor by named parameters: geometry, manufacturing errors, drive, and the dm/dt that follows."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -126,6 +127,10 @@ class RotorValues:
     drive_delay_s: float = 0.0
     start_angle_rad: float = 0.0
     start_speed_rad_per_s: float = 0.0
+
+    def with_numbers(self, numbers: Mapping[str, float]) -> RotorValues:
+        """The same with other numbers, by name."""
+        return replace(self, **numbers)  # type: ignore[arg-type] the rotation is not among them
 
 
 @dataclass(frozen=True)
