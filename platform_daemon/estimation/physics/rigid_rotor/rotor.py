@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -130,7 +130,8 @@ class RotorValues:
 
     def with_numbers(self, numbers: Mapping[str, float]) -> RotorValues:
         """The same with other numbers, by name."""
-        return replace(self, **numbers)  # type: ignore[arg-type] the rotation is not among them
+        changes: dict[str, Any] = dict(numbers)
+        return replace(self, **changes)
 
 
 @dataclass(frozen=True)
