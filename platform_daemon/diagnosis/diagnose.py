@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.rotor_fit.parameters import DEFECTS
 
 from .effects.additive import zero_drifts
 from .effects.effect import Candidate
@@ -30,24 +29,23 @@ from .findings.moving_parameters import MovingParameter, moving_parameters
 from .findings.negligible_effects import NegligibleEffect, negligible_effects
 from .findings.next_measurements import Ambiguity, Proposal, proposals
 from .findings.notes import notes, two_in_place_notes, undecided
+from .findings.rotor_findings import leaves_noise, plane_notes, rotor_effect, rotor_notes, rotor_scores, unsearched
 from .findings.verdict import assess_diagnosis
-from .regression.cross_validation import CrossValidation, HeldOutScore, cross_validate
+from .regression.cross_validation import CrossValidation, cross_validate
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .regression.parameters import Mean, means, widened, window_disagreement
 from .regression.prediction import unpredicted
-from .regression.score_test import score_table
 from .report_schema import DiagnosisVerdict
 from .rigid_body.defects import ManufacturingError, manufacturing_error
 from .rigid_body.plane_test import PlaneTest, plane_test
 from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.component_search import with_tone_free_noise
-from .selection.confounders import Confounder, gain_of
+from .selection.confounders import gain_of
 from .selection.data_integrity import DataDefect, data_defects, gap_filled, merged
 from .selection.kick_search import kicks
 from .selection.omnibus_test import omnibus_test
 from .selection.scales import fits_at_neighbouring_scales
-from .selection.significance import log_chance
 from .selection.stepwise import ProgressCallback, Selection, select_effects
 from .shots.initial_fits import UnfittedShot, initial_fits
 from .shots.shot import DiagnosisShot, PreparedShot
@@ -173,20 +171,21 @@ def _diagnose(
     progress("checks of the data", 0.0)
     prepared, refused, flawed, gaps = _prepared(shots, model, pool)
     progress("fit of the declared model", 0.1)
-    base = fit_jointly(prepared, Hypothesis(model), pool)
-    plane = plane_test(base)
-    if plane is not None and plane.leaves:
-        progress("motion that leaves its plane", 0.15)
-        rotor = manufacturing_error(base, pool)
-        if rotor is not None:
-            begun = replace(_nothing_searched(base, pool), shots=tuple(shots), refused=tuple(refused), plane=plane)
-            return _with_rotor(begun, rotor, (*defects, *flawed, *gaps), (*remarks, *test(base)), began_s)
+    plane = plane_test(declared := fit_jointly(prepared, Hypothesis(model), pool))
+    if plane is not None and plane.leaves and (rotor := manufacturing_error(declared, pool)) is not None:
+        return replace(
+            _of_rotor(declared, plane, rotor, pool),
+            shots=tuple(shots),
+            refused=tuple(refused),
+            integrity=(*defects, *flawed, *gaps),
+            notes=(*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor)),
+            seconds=time.perf_counter() - began_s,
+        )
     found, late = _selected(prepared, model, gaps, progress, pool)
     gaps = merged([*gaps, *late])
     progress("prediction of held-out data", 0.8)
     table, before, after, dropped, replaced = validate_effects(found, pool)
     final = table.joint_fit
-    base = found.base
     if final is not found.best:
         found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, table, after, replaced, pool) if final.hypothesis.effects else ()
@@ -213,12 +212,12 @@ def _diagnose(
         final=final,
         before=before,
         after=after,
-        parameters_before=means(base),
+        parameters_before=means(found.base),
         parameters_after=spanned,
-        sigma_before=window_disagreement(base, pool),
+        sigma_before=window_disagreement(found.base, pool),
         sigma_after=window_disagreement(final, pool),
         torque=torque,
-        moving=moving_parameters(base, pool),
+        moving=moving_parameters(found.base, pool),
         next_measurements=tuple(
             proposals(
                 [_ambiguity(n, final, pool) for n in named if n.confounders],
@@ -229,7 +228,7 @@ def _diagnose(
         notes=(
             *remarks,
             *test(final),
-            *_plane_notes(plane, shots),
+            *plane_notes(plane, shots),
             *notes(found, final, alike, refused, dropped),
             *two_in_place_notes(named),
             *(one.note for one in small[:1]),
@@ -241,106 +240,34 @@ def _diagnose(
     )
 
 
-def _nothing_searched(base: JointFit, pool: Executor) -> Diagnosis:
-    """The declared model alone, beside which one-angle effects are not searched."""
-    rest, scored = omnibus_test(base, pool), cross_validate(base, pool)
-    found = Selection(
-        base=base,
-        best=base,
-        score_table=score_table(base, [], pool),
-        omnibus_test=rest,
-        before=rest,
-        tried=(),
-        trials=1.0,
-        score_table_of=lambda at: score_table(at, [], pool),
-    )
+def _of_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool: Executor) -> Diagnosis:
+    """The diagnosis that a rotor of five degrees of freedom explains, without shots, defects of the data, and time."""
+    before, after = cross_validate(base, pool), rotor_scores(rotor)
     return Diagnosis(
         shots=(),
         refused=(),
         model=base.hypothesis.model,
-        verdict="unexplained",
-        named=(),
+        verdict="explained" if leaves_noise(rotor) else "partly_explained",
+        named=(rotor_effect(rotor, -after.worse_by(before)),),
         tentative=(),
         why_not="",
         integrity=(),
-        found=found,
+        found=unsearched(base, pool),
         final=base,
-        before=scored,
-        after=scored,
+        before=before,
+        after=after,
         parameters_before=means(base),
-        parameters_after=means(base),
+        parameters_after=dict(rotor.parameters),
         sigma_before=window_disagreement(base, pool),
         sigma_after={},
         torque=None,
         moving=moving_parameters(base, pool),
         next_measurements=(),
-        notes=(),
+        notes=rotor_notes(rotor),
         seconds=0.0,
-    )
-
-
-def _with_rotor(
-    begun: Diagnosis,
-    rotor: ManufacturingError,
-    integrity: tuple[DataDefect, ...],
-    remarks: Sequence[str],
-    began_s: float,
-) -> Diagnosis:
-    """The diagnosis that the rigid rotor explains."""
-    left = rotor.fit.chi2_per_dof
-    gain = rotor.before_chi2 - sum(rotor.fit.chi2)
-    by_shot = tuple(
-        HeldOutScore(chi2=c, dof=d, squares=s, energy=e, whole=w)
-        for c, d, s, e, w in zip(
-            rotor.held_out.chi2,
-            rotor.held_out.dof,
-            rotor.held_out.squares,
-            rotor.held_out.energy,
-            rotor.fit.chi2,
-            strict=True,
-        )
-    )
-    after = CrossValidation(by_shot)
-    named = AcceptedEffect(
-        candidate=Candidate(rotor.effect),
-        strength=rotor.strength,
-        std=rotor.std,
-        log_p=log_chance(gain / max(1.0, left), 1, float(len(DEFECTS))),
-        held_out_gain=after.worse_by(begun.before) * -1.0,
-        confounders=tuple(Confounder(candidate=Candidate(e), rise=0.0, gain=gain) for e in rotor.alike),
-    )
-    alike = f", or what acts alike: {', '.join(e.id for e in rotor.alike)}" if rotor.alike else ""
-    rest = "" if left < THRESHOLDS.regression.noise_chi2_per_dof else f"; chi2/dof stays at {left:.3g}"
-    assert begun.plane is not None
-    return replace(
-        begun,
-        verdict="partly_explained" if rest else "explained",
-        named=(named,),
-        integrity=integrity,
-        after=after,
-        parameters_after=dict(rotor.parameters),
+        plane=plane,
         rotor=rotor,
-        notes=(
-            *remarks,
-            *_plane_notes(begun.plane, begun.shots),
-            f"{rotor.in_words}{alike}: a rotor of five degrees of freedom from rest through the recorded drive leaves "
-            f"chi2/dof {left:.4g} over {rotor.fit.window_s:.3g} s{rest}",
-            "effects of one angle were not searched beside it",
-        ),
-        seconds=time.perf_counter() - began_s,
     )
-
-
-def _plane_notes(plane: PlaneTest | None, shots: Sequence[DiagnosisShot]) -> list[str]:
-    """What the plane test says, if the motion leaves its plane."""
-    if plane is None or not plane.leaves:
-        return []
-    text = (
-        f"the motion leaves its plane in every shot: along the main axis stands {100.0 * min(plane.share):.2g} to "
-        f"{100.0 * max(plane.share):.2g} % of the signal, which one angle cannot hold"
-    )
-    known = all(s.rotor is not None for s in shots)
-    return [text if known else f"{text}; its cause is sought only where the recording holds drive and geometry"]
 
 
 def _prepared(

@@ -338,7 +338,7 @@ class RigidBody:
 
     plane_sigma: float = 8.0  # of the power along the main axis, in every shot [noise: 1e-15]
     plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
-    sign_window_s: float = 0.1  # s in which the sign of a tilt is told [test_jewel_imperfect]
+    sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
     rival_window_s: float = 0.1  # s over which look-alikes are tried on one shot [cost]
     rival_chi2: float = 25.0  # rise of chi^2 up to which a look-alike explains a shot as well [unset]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]

@@ -1,4 +1,4 @@
-"""A motion of one angle stays in its plane, whatever the coils mix into each other; one with a part along z does not."""
+"""A motion of one angle stays in its plane, whatever the coils mix; one with a part along the axis does not."""
 
 from dataclasses import replace
 

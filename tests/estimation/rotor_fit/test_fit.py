@@ -54,7 +54,7 @@ def test_two_shots_together_tell_the_tilt_and_their_own_values_from_a_start_far_
 
 def test_a_start_beyond_any_rotor_is_refused_in_words(pool):
     shot, truth = tilted(3)
-    with pytest.raises(RotorFitError, match="balance nowhere|cannot be followed"):
+    with pytest.raises(RotorFitError, match=r"balance nowhere|cannot be followed"):
         fit_rotor([replace(shot, values=replace(truth, stator_tilt_rad=1.5))], "stator_tilt_rad", pool)
 
 
