@@ -173,14 +173,10 @@ def _diagnose(
     progress("fit of the declared model", 0.1)
     plane = plane_test(declared := fit_jointly(prepared, Hypothesis(model), pool))
     if plane is not None and plane.leaves and (rotor := manufacturing_error(declared, pool)) is not None:
-        return replace(
-            _of_rotor(declared, plane, rotor, pool),
-            shots=tuple(shots),
-            refused=tuple(refused),
-            integrity=(*defects, *flawed, *gaps),
-            notes=(*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor)),
-            seconds=time.perf_counter() - began_s,
-        )
+        told = (*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor))
+        explained = replace(_of_rotor(declared, plane, rotor, pool), shots=tuple(shots), refused=tuple(refused))
+        seconds = time.perf_counter() - began_s
+        return replace(explained, integrity=(*defects, *flawed, *gaps), notes=told, seconds=seconds)
     found, late = _selected(prepared, model, gaps, progress, pool)
     gaps = merged([*gaps, *late])
     progress("prediction of held-out data", 0.8)
@@ -263,7 +259,7 @@ def _of_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool:
         torque=None,
         moving=moving_parameters(base, pool),
         next_measurements=(),
-        notes=rotor_notes(rotor),
+        notes=(),
         seconds=0.0,
         plane=plane,
         rotor=rotor,

@@ -79,8 +79,8 @@ def plane_notes(plane: PlaneTest | None, shots: Sequence[DiagnosisShot]) -> tupl
         return ()
     low, high = (100.0 * end(plane.share) for end in (min, max))
     text = (
-        f"the motion leaves its plane in every shot: along the main axis stands {low:.2g} to {high:.2g} % of the signal, "
-        "which one angle cannot hold"
+        "the motion leaves its plane in every shot: along the main axis stands "
+        f"{low:.2g} to {high:.2g} % of the signal, which one angle cannot hold"
     )
     known = all(s.rotor is not None for s in shots)
     return (text if known else f"{text}; its cause is sought only where the recordings hold drive and geometry",)
