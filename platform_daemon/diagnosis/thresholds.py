@@ -338,6 +338,12 @@ class RigidBody:
 
     plane_sigma: float = 8.0  # of the power along the main axis, in every shot [noise: 1e-15]
     plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
+    start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
+    start_m: float = 1e-4  # displacement at which a fit starts, with both signs [unset]
+    jewel_damping_per_s: float = 0.1  # 1/s, lambda of a jewel at most at the start: one angle's takes the slip [unset]
+    side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]
+    # m/s of slip below which a jewel's contact creeps, held: free, it trades with the losses [physics]
+    creep_m_per_s: float = 2e-3
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
     rival_window_s: float = 0.1  # s over which look-alikes are tried on one shot [cost]
     rival_chi2: float = 25.0  # rise of chi^2 up to which a look-alike explains a shot as well [unset]

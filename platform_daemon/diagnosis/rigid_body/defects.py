@@ -20,10 +20,8 @@ from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U, rodri
 from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor
 from platform_daemon.estimation.rotor_fit.parameters import Defect
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
-from platform_daemon.estimation.thresholds import THRESHOLDS as ESTIMATION
 
 _LIMITS = THRESHOLDS.rigid_body
-_START = ESTIMATION.rigid_rotor
 _ROTOR_SOURCE = "manufacturing (paper, sec. ssec:types_of_manufacturing_errors)"
 
 
@@ -151,12 +149,12 @@ def _rotor_shots(base: JointFit) -> list[RotorShot]:
         values = RotorValues(
             f_nat_hz=state.dynamics.w / (2.0 * math.pi),
             m_r_am2=abs(observed.m_r),
-            lambda_per_s=min(loss, _START.jewel_damping_per_s) if jewel else loss,
+            lambda_per_s=min(loss, _LIMITS.jewel_damping_per_s) if jewel else loss,
             rotation=rotation,
             tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0),
             friction_coefficient=known.geometry.friction_coefficient,
-            side_damping_per_s=_START.side_damping_per_s,
-            creep_m_per_s=_START.creep_m_per_s if jewel else 0.0,
+            side_damping_per_s=_LIMITS.side_damping_per_s,
+            creep_m_per_s=_LIMITS.creep_m_per_s if jewel else 0.0,
         )
         late_s = record.valid_from / record.sampling_rate_hz
         shots.append(
@@ -175,7 +173,7 @@ def _rotor_shots(base: JointFit) -> list[RotorShot]:
 
 def _alone(shot: RotorShot, defect: Defect, pool: Executor) -> RotorFit:
     """One shot from the start, by the sign of the defect that a short window prefers.  Raises RotorFitError."""
-    size = _START.defect_start_m if defect == "lateral_displacement_m" else _START.defect_start_rad
+    size = _LIMITS.start_m if defect == "lateral_displacement_m" else _LIMITS.start_rad
     n = shot.count(_LIMITS.sign_window_s)
     tried = []
     for sign in (1.0, -1.0):
@@ -259,7 +257,7 @@ def _alike(shot: RotorShot, found: RotorFit, pool: Executor) -> list[Defect]:
     alike: list[Defect] = []
     best = fit_rotor([replace(short, values=values)], "stator_tilt_rad", pool, first_window_s=_LIMITS.rival_window_s)
     for rival in rivals:
-        size = _START.defect_start_m if rival == "lateral_displacement_m" else _START.defect_start_rad
+        size = _LIMITS.start_m if rival == "lateral_displacement_m" else _LIMITS.start_rad
         for sign in (1.0, -1.0):
             begun = values.with_numbers({"stator_tilt_rad": 0.0, "turn_v_rad": 0.0, rival: sign * size})
             try:

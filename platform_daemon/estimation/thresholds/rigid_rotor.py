@@ -18,6 +18,10 @@ class RigidRotorThresholds:
     safety: float = tuned(0.9, "1", "of the step that would just meet the tolerance")
     shrink: float = tuned(0.2, "1", "least ratio of a step to the one before")
     grow: float = tuned(5.0, "1", "largest ratio of a step to the one before")
+    failed_error: float = tuned(
+        1e6, "1", "error relative to the tolerance, from which on a step says nothing of the next"
+    )
+    last_step_share: float = tuned(1e-3, "1", "of a step, by which it may be longer to end where it must")
     shortest_step_s: float = tuned(1e-13, "s", "below which the motion cannot be followed")
     tolerance: float = tuned(
         1e-9, "1", "error per step of the swing, of 1 for directions and of omega_nat for speeds", AGREEMENT
@@ -49,17 +53,8 @@ class RigidRotorThresholds:
     )
     start_sd_rad: float = tuned(0.2, "rad", "of the swing that may be left of the shot before")
     typical_rad_per_s: float = tuned(1300.0, "rad/s", "omega_nat of such a resonator, for the speed of that swing")
-    jewel_damping_per_s: float = tuned(
-        0.1, "1/s", "lambda of a jewel at most, where a fit starts: one angle's takes the slip"
-    )
-    side_damping_per_s: float = tuned(5.0, "1/s", "of side modes, where a fit starts")
     side_damping_sd_per_s: float = tuned(30.0, "1/s", "how well that is known")
     friction_coefficient_sd: float = tuned(0.05, "1", "of mu by the materials")
-    creep_m_per_s: float = tuned(
-        2e-3, "m/s", "slip below which a jewel's contact creeps; free, it trades with the losses along a narrow valley"
-    )
-    defect_start_rad: float = tuned(0.02, "rad", "tilt at which a fit starts, with both signs")
-    defect_start_m: float = tuned(1e-4, "m", "the same for a displacement")
     damping_from_s: float = tuned(0.15, "s", "window from which on the dampings are free", START)
     first_window_s: float = tuned(0.05, "s", "of the windows that grow; each is twice the one before")
     window_growth: float = tuned(2.0, "1", "ratio of a window to the one before")

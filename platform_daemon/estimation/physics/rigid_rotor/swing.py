@@ -22,7 +22,7 @@ A, B, C, E, DENSE = (np.ascontiguousarray(table) for table in (RK45.A, RK45.B, R
 ORDERS = DENSE.shape[1]
 FIRST_STEP = LIMITS.first_step
 SAFETY, SHRINK, GROW = LIMITS.safety, LIMITS.shrink, LIMITS.grow
-SHORTEST_S = LIMITS.shortest_step_s
+SHORTEST_S, FAILED, LAST_STEP = LIMITS.shortest_step_s, LIMITS.failed_error, LIMITS.last_step_share
 
 
 @kernel
@@ -105,13 +105,13 @@ def swing(y, p, drive, first_s, step_s, scale, given, out):  # type: ignore[no-u
             stop = given[count]
         else:
             limit = drive[END] if t < drive[END] else end
-            stop = limit if t + h > limit or limit - (t + h) < 1e-3 * h else t + h
+            stop = limit if t + h > limit or limit - (t + h) < LAST_STEP * h else t + h
         length = stop - t
         _attempt(t, length, now, p, drive, k, work, new)
         if given.size == 0:
             error = _error(length, k, scale)
             if not error <= 1.0:
-                h = length * (SHRINK if not error < 1e6 else max(SHRINK, SAFETY * error**-0.2))
+                h = length * (SHRINK if not error < FAILED else max(SHRINK, SAFETY * error**-0.2))
                 if h < SHORTEST_S:
                     break
                 continue
