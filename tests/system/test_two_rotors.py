@@ -43,7 +43,7 @@ def test_from_rest_through_a_drive_both_rotors_move_alike(case):
     name, field_t, defects = CASES[case]
     specimen = rigid_specimen(name, GRAVITY, 3.0, defects=defects)
     drive = CoilDrive(
-        field_t=(field_t, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=TX_S, rx_start_s=START_S
+        field_t=(field_t, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=TX_S, rx_start_s=START_S, lag_s=0.0
     )
     ours, _ = true_rotor(specimen, drive).dm_dt(SAMPLES, RATE_HZ)
     theirs = simulated(specimen, field_t, 2 * np.pi * 212.0)
