@@ -337,6 +337,9 @@ class RigidBody:
     """When a motion leaves its plane, and when a manufacturing error explains it."""
 
     plane_sigma: float = 8.0  # of the power along the main axis, in every shot [noise: 1e-15]
+    plane_rate: float = 8.0  # samples per period that are left: side modes and three harmonics [unset]
+    plane_from: float = 0.3  # of f_nat, from which on the noise's level is read [unset]
+    plane_points: int = 24  # frequencies at which it is read [unset]
     plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
     start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
     start_m: float = 1e-4  # displacement at which a fit starts, with both signs [unset]

@@ -6,12 +6,12 @@ taken out, as far as one constant factor for each can.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.numerics.arrays import Array
@@ -44,17 +44,24 @@ def plane_test(base: JointFit) -> PlaneTest | None:
         observed = state.observation
         if not isinstance(observed, DipoleObservation):
             return None
-        rows.append(_of_shot(prepared.shot.record.valid, observed.rotation, prepared.shot.noise.sd))
+        rows.append(_of_shot(prepared.shot, observed.rotation, state.dynamics.w / (2.0 * np.pi)))
     ratio, sd, share = zip(*rows, strict=True)
     return PlaneTest(ratio=ratio, sd=sd, share=share)
 
 
-def _of_shot(samples: Array, rotation: Array, noise_sd: Array) -> Sequence[float]:
-    """Ratio, its standard deviation, share."""
-    along, across = rotation[:, 2] @ samples, rotation[:, :2].T @ samples
-    basis = np.vstack([across, np.ones(samples.shape[1])])
+def _of_shot(shot: DiagnosisShot, rotation: Array, f_nat_hz: float) -> tuple[float, float, float]:
+    """Ratio, its standard deviation, share, from means over so many samples that three harmonics are left."""
+    block = max(1, int(shot.rate_hz / (_LIMITS.plane_rate * f_nat_hz)))
+    samples = shot.record.valid
+    n = samples.shape[1] // block
+    means = samples[:, : n * block].reshape(3, n, block).mean(axis=2)
+    along, across = rotation[:, 2] @ means, rotation[:, :2].T @ means
+    turns = 2.0 * np.pi * np.outer(shot.noise.tones_hz, np.arange(n)) * (block / shot.rate_hz)
+    basis = np.vstack([across, np.ones(n), np.cos(turns), np.sin(turns)])
     left = along - np.linalg.lstsq(basis.T, along, rcond=None)[0] @ basis
-    level = float(rotation[:, 2] ** 2 @ noise_sd**2)
-    power, n = float(left @ left), left.size
-    share = float(np.sqrt(max(power / n - level, 0.0) / np.mean(np.sum(samples**2, axis=0))))
-    return power / (n * level), float(np.sqrt(2.0 / n)), share
+    band = np.linspace(_LIMITS.plane_from, 0.5 * _LIMITS.plane_rate, _LIMITS.plane_points) * f_nat_hz
+    density = np.array([np.interp(band, shot.noise.frequency_hz, one).mean() for one in shot.noise.psd])
+    level = float(rotation[:, 2] ** 2 @ density) * 0.5 * shot.rate_hz / block
+    power, dof = float(left @ left), n - len(basis)
+    share = float(np.sqrt(max(power / dof - level, 0.0) / np.mean(np.sum(means**2, axis=0))))
+    return power / (dof * level), float(np.sqrt(2.0 / dof)), share
