@@ -77,10 +77,11 @@ def plane_notes(plane: PlaneTest | None, shots: Sequence[DiagnosisShot]) -> tupl
     """What the plane test says, if the motion leaves its plane."""
     if plane is None or not plane.leaves:
         return ()
-    low, high = (100.0 * end(plane.share) for end in (min, max))
+    low, high = (f"{100.0 * end(plane.share):.2g}" for end in (min, max))
+    size = low if low == high else f"{low} to {high}"
     text = (
-        "the motion leaves its plane in every shot: along the main axis stands "
-        f"{low:.2g} to {high:.2g} % of the signal, which one angle cannot hold"
+        f"the motion leaves its plane in every shot: along the main axis stands {size} % of the signal, "
+        "which one angle cannot hold"
     )
     known = all(s.rotor is not None for s in shots)
     return (text if known else f"{text}; its cause is sought only where the recordings hold drive and geometry",)

@@ -91,11 +91,17 @@ class ManufacturingError:
 
     @property
     def in_words(self) -> str:
-        """stator tilted by 2.03 deg about v."""
+        """stator tilted by 2.030(12) deg about v."""
         if self.effect is LATERAL_DISPLACEMENT:
-            return f"stator displaced by {1e3 * self.strength:.3f} +- {1e3 * self.std:.3f} mm along u"
-        part = self.effect.id.removesuffix("_tilt")
-        return f"{part} tilted by {math.degrees(self.strength):.3f} +- {math.degrees(self.std):.3f} deg about v"
+            return f"stator displaced by {_with_error(1e3 * self.strength, 1e3 * self.std)} mm along u"
+        size = _with_error(math.degrees(self.strength), math.degrees(self.std))
+        return f"{self.effect.id.removesuffix('_tilt')} tilted by {size} deg about v"
+
+
+def _with_error(value: float, std: float) -> str:
+    """2.030(12): two digits of the standard deviation."""
+    digits = max(0, 1 - math.floor(math.log10(std)))
+    return f"{value:.{digits}f}({round(std * 10.0**digits)})"
 
 
 def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | None:
@@ -222,12 +228,13 @@ def _together(shots: Sequence[RotorShot], pool: Executor) -> RotorFit:
 
 
 def _held_out(fits: Sequence[RotorFit]) -> HeldOutRotor:
-    """The end of each shot, predicted from the last window that is at most its first 30 %."""
+    """The end of each shot, predicted from its beginning: at most 70 % of the first shot, 30 % of the others, whose
+    common values are those of the first."""
     rows = []
-    for fit in fits:
-        shot = fit.shots[0]
+    for k, fit in enumerate(fits):
+        shot, share = fit.shots[0], THRESHOLDS.regression.own_share if k else _LIMITS.first_share
         whole = shot.samples.shape[1] / shot.rate_hz
-        early = [s for s in fit.stages if s[0] <= THRESHOLDS.regression.own_share * whole]
+        early = [s for s in fit.stages if s[0] <= share * whole]
         window_s, (values, *_) = (early or list(fit.stages) or [(fit.window_s, fit.values)])[-1]
         n = shot.count(window_s)
         try:
