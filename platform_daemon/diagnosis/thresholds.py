@@ -348,7 +348,6 @@ class RigidBody:
     # m/s of slip below which a jewel's contact creeps, held: free, it trades with the losses [physics]
     creep_m_per_s: float = 2e-3
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
-    first_share: float = 0.7  # of the first shot, up to which windows may predict the rest of it [unset]
     rival_window_s: float = 0.1  # s over which look-alikes are tried on one shot [cost]
     rival_chi2: float = 25.0  # rise of chi^2 up to which a look-alike explains a shot as well [unset]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]

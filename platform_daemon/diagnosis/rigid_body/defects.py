@@ -232,7 +232,8 @@ def _held_out(fits: Sequence[RotorFit]) -> HeldOutRotor:
     common values are those of the first."""
     rows = []
     for k, fit in enumerate(fits):
-        shot, share = fit.shots[0], THRESHOLDS.regression.own_share if k else _LIMITS.first_share
+        shot = fit.shots[0]
+        share = THRESHOLDS.regression.own_share if k else THRESHOLDS.regression.split_share
         whole = shot.samples.shape[1] / shot.rate_hz
         early = [s for s in fit.stages if s[0] <= share * whole]
         window_s, (values, *_) = (early or list(fit.stages) or [(fit.window_s, fit.values)])[-1]
