@@ -171,8 +171,9 @@ def _diagnose(
     progress("checks of the data", 0.0)
     prepared, refused, flawed, gaps = _prepared(shots, model, pool)
     progress("fit of the declared model", 0.1)
-    plane = plane_test(declared := fit_jointly(prepared, Hypothesis(model), pool))
-    if plane is not None and plane.leaves and (rotor := manufacturing_error(declared, pool)) is not None:
+    plane = plane_test(prepared)
+    if plane is not None and plane.leaves and (solved := _rotor(prepared, model, pool)) is not None:
+        declared, rotor = solved
         told = (*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor))
         explained = replace(_of_rotor(declared, plane, rotor, pool), shots=tuple(shots), refused=tuple(refused))
         seconds = time.perf_counter() - began_s
@@ -234,6 +235,17 @@ def _diagnose(
         seconds=time.perf_counter() - began_s,
         plane=plane,
     )
+
+
+def _rotor(
+    prepared: Sequence[PreparedShot], model: RingDownModel, pool: Executor
+) -> tuple[JointFit, ManufacturingError] | None:
+    """The declared model's fit, and the manufacturing error that explains what it cannot; None if none does."""
+    if any(s.shot.rotor is None for s in prepared):
+        return None
+    declared = fit_jointly(prepared, Hypothesis(model), pool)
+    rotor = manufacturing_error(declared, pool)
+    return None if rotor is None else (declared, rotor)
 
 
 def _of_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool: Executor) -> Diagnosis:

@@ -6,12 +6,12 @@ taken out, as far as one constant factor for each can.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.diagnosis.regression.joint_fit import JointFit
-from platform_daemon.diagnosis.shots.shot import DiagnosisShot
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot, PreparedShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.numerics.arrays import Array
@@ -35,16 +35,14 @@ class PlaneTest:
         return all(far) and min(self.share) > _LIMITS.plane_share
 
 
-def plane_test(base: JointFit) -> PlaneTest | None:
-    """Of the fits of the declared model; None for what is not dm/dt in world axes."""
-    if base.prepared[0].shot.record.quantity != "dmdt":
-        return None
+def plane_test(shots: Sequence[PreparedShot]) -> PlaneTest | None:
+    """Of shots with fits of the declared model; None for what is not dm/dt in world axes."""
     rows = []
-    for prepared, state in zip(base.prepared, base.states, strict=True):
-        observed = state.observation
-        if not isinstance(observed, DipoleObservation):
+    for one in shots:
+        observed = one.state.observation
+        if one.shot.record.quantity != "dmdt" or not isinstance(observed, DipoleObservation):
             return None
-        rows.append(_of_shot(prepared.shot, observed.rotation, state.dynamics.w / (2.0 * np.pi)))
+        rows.append(_of_shot(one.shot, observed.rotation, one.state.dynamics.w / (2.0 * np.pi)))
     ratio, sd, share = zip(*rows, strict=True)
     return PlaneTest(ratio=ratio, sd=sd, share=share)
 

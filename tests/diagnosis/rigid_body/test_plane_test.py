@@ -5,8 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
-from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.rigid_body.plane_test import plane_test
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
@@ -21,7 +19,7 @@ def plane_of(change):
     changed = [replace(s, record=replace(s.record, samples=change(s.record.samples.copy()))) for s in shots]
     with shot_pool() as pool:
         prepared, _ = initial_fits(changed, THREAD, pool)
-        return plane_test(fit_jointly(prepared, Hypothesis(THREAD), pool))
+        return plane_test(prepared)
 
 
 def leaking(samples):
