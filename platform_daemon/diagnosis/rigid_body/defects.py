@@ -279,7 +279,10 @@ def _alike(shot: RotorShot, found: RotorFit, pool: Executor) -> list[Defect]:
 
 
 def _means(fit: RotorFit) -> dict[str, Mean]:
-    """Means over the shots of what is also a parameter of one angle, and the orientation."""
+    """Means over the shots of what is also a parameter of one angle, and the orientation.
+
+    The errors of the shots stem mostly from the common values, so that they do not average out.
+    """
     jewel = fit.shots[0].geometry.bearing == "jewel"
     names = ["f_nat_hz", "m_r_am2", "lambda_per_s", *(["tf_over_i_rad_per_s2"] if jewel else [])]
     found = {}
@@ -287,14 +290,14 @@ def _means(fit: RotorFit) -> dict[str, Mean]:
         values = np.array([getattr(v, name) for v in fit.values])
         errors = np.array([s[name] for s in fit.std])
         common = name == "lambda_per_s"
-        std = float(errors[0]) if common else float(np.sqrt(np.sum(errors**2)) / errors.size)
+        std = float(errors.mean())
         scatter = None if common or values.size == 1 else float(values.std(ddof=1))
         found[name] = Mean(value=float(values.mean()), std=std, scatter=scatter)
     turned = np.array(
         [rodrigues_from_rotation(s.rotor(v).rotation) for s, v in zip(fit.shots, fit.values, strict=True)]
     )
     spread: Array = np.array([[s[f"turn_{a}_rad"] for a in "uvw"] for s in fit.std])
-    std = float(np.sqrt(np.sum(spread**2) / spread.size) / math.sqrt(len(spread)))
+    std = float(np.sqrt(np.mean(spread**2)))
     for k, name in enumerate(("rodrigues_x", "rodrigues_y", "rodrigues_z")):
         scatter = None if len(turned) == 1 else float(turned[:, k].std(ddof=1))
         found[name] = Mean(value=float(turned[:, k].mean()), std=std, scatter=scatter)
