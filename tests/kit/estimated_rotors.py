@@ -23,7 +23,7 @@ def geometry(specimen: Specimen) -> RotorGeometry:
         radius_m=magnets.radius_m,
         mass_kg=4 / 3 * math.pi * magnets.radius_m**3 * magnets.density_kg_per_m3,
         stator_moment_am2=magnetic_moment(magnets),
-        link_m=thread.length_m if thread else jewel.cup_radius_m - magnets.radius_m,
+        link_m=thread.length_m if thread else (jewel.cup_radius_m if jewel else 0.0) - magnets.radius_m,
         friction_coefficient=jewel.friction_coefficient if jewel else 0.0,
     )
 
@@ -31,7 +31,7 @@ def geometry(specimen: Specimen) -> RotorGeometry:
 def true_rotor(specimen: Specimen, drive: CoilDrive = NO_DRIVE, **other: Any) -> RigidRotor:
     """With the values of the specimen; other: values in the place of them."""
     rotor, defects = effective(specimen), specimen.defects
-    values = {
+    values: dict[str, Any] = {
         "f_nat_hz": rotor.f_nat_hz,
         "m_r_am2": rotor.m_r_am2,
         "lambda_per_s": rotor.lambda_per_s,
