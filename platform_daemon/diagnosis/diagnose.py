@@ -29,13 +29,16 @@ from .findings.moving_parameters import MovingParameter, moving_parameters
 from .findings.negligible_effects import NegligibleEffect, negligible_effects
 from .findings.next_measurements import Ambiguity, Proposal, proposals
 from .findings.notes import notes, two_in_place_notes, undecided
+from .findings.rotor_findings import leaves_noise, plane_notes, rotor_effect, rotor_notes, rotor_scores, unsearched
 from .findings.verdict import assess_diagnosis
-from .regression.cross_validation import CrossValidation
+from .regression.cross_validation import CrossValidation, cross_validate
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .regression.parameters import Mean, means, widened, window_disagreement
 from .regression.prediction import unpredicted
 from .report_schema import DiagnosisVerdict
+from .rigid_body.defects import ManufacturingError, manufacturing_error
+from .rigid_body.plane_test import PlaneTest, plane_test
 from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.component_search import with_tone_free_noise
 from .selection.confounders import gain_of
@@ -70,6 +73,9 @@ class Diagnosis:
         before, after: held-out scores with the declared model and with the final one.
         parameters_before, parameters_after: means by public name, SI; sigma_before, sigma_after: |N50 - D30| over its
             standard error.
+        plane: whether the motion leaves the plane of one angle; None: what was recorded does not tell. rotor: the
+            manufacturing error that explains that it does; `named`, `verdict`, `after` and `parameters_after` are then
+            about it, and `final` is the declared model alone.
         torque: map of the missing torque. moving: parameters that are not constant. notes: sentences for the reader.
         seconds: wall time of the diagnosis, s.
     """
@@ -95,6 +101,8 @@ class Diagnosis:
     next_measurements: tuple[Proposal, ...]
     notes: tuple[str, ...]
     seconds: float
+    plane: PlaneTest | None = None
+    rotor: ManufacturingError | None = None
 
     @property
     def tentative_after(self) -> tuple[AcceptedEffect, ...]:
@@ -163,12 +171,18 @@ def _diagnose(
     progress("checks of the data", 0.0)
     prepared, refused, flawed, gaps = _prepared(shots, model, pool)
     progress("fit of the declared model", 0.1)
+    plane = plane_test(prepared)
+    if plane is not None and plane.leaves and (solved := _rotor(prepared, model, pool)) is not None:
+        declared, rotor = solved
+        told = (*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor))
+        explained = replace(_of_rotor(declared, plane, rotor, pool), shots=tuple(shots), refused=tuple(refused))
+        seconds = time.perf_counter() - began_s
+        return replace(explained, integrity=(*defects, *flawed, *gaps), notes=told, seconds=seconds)
     found, late = _selected(prepared, model, gaps, progress, pool)
     gaps = merged([*gaps, *late])
     progress("prediction of held-out data", 0.8)
     table, before, after, dropped, replaced = validate_effects(found, pool)
     final = table.joint_fit
-    base = found.base
     if final is not found.best:
         found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, table, after, replaced, pool) if final.hypothesis.effects else ()
@@ -195,12 +209,12 @@ def _diagnose(
         final=final,
         before=before,
         after=after,
-        parameters_before=means(base),
+        parameters_before=means(found.base),
         parameters_after=spanned,
-        sigma_before=window_disagreement(base, pool),
+        sigma_before=window_disagreement(found.base, pool),
         sigma_after=window_disagreement(final, pool),
         torque=torque,
-        moving=moving_parameters(base, pool),
+        moving=moving_parameters(found.base, pool),
         next_measurements=tuple(
             proposals(
                 [_ambiguity(n, final, pool) for n in named if n.confounders],
@@ -211,6 +225,7 @@ def _diagnose(
         notes=(
             *remarks,
             *test(final),
+            *plane_notes(plane, shots),
             *notes(found, final, alike, refused, dropped),
             *two_in_place_notes(named),
             *(one.note for one in small[:1]),
@@ -218,6 +233,48 @@ def _diagnose(
             *undecided(exact, spanned),
         ),
         seconds=time.perf_counter() - began_s,
+        plane=plane,
+    )
+
+
+def _rotor(
+    prepared: Sequence[PreparedShot], model: RingDownModel, pool: Executor
+) -> tuple[JointFit, ManufacturingError] | None:
+    """The declared model's fit, and the manufacturing error that explains what it cannot; None if none does."""
+    if any(s.shot.rotor is None for s in prepared):
+        return None
+    declared = fit_jointly(prepared, Hypothesis(model), pool)
+    rotor = manufacturing_error(declared, pool)
+    return None if rotor is None else (declared, rotor)
+
+
+def _of_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool: Executor) -> Diagnosis:
+    """The diagnosis that a rotor of five degrees of freedom explains, without shots, defects of the data, and time."""
+    before, after = cross_validate(base, pool), rotor_scores(rotor)
+    return Diagnosis(
+        shots=(),
+        refused=(),
+        model=base.hypothesis.model,
+        verdict="explained" if leaves_noise(rotor) else "partly_explained",
+        named=(rotor_effect(rotor, -after.worse_by(before)),),
+        tentative=(),
+        why_not="",
+        integrity=(),
+        found=unsearched(base, pool),
+        final=base,
+        before=before,
+        after=after,
+        parameters_before=means(base),
+        parameters_after=dict(rotor.parameters),
+        sigma_before=window_disagreement(base, pool),
+        sigma_after={},
+        torque=None,
+        moving=moving_parameters(base, pool),
+        next_measurements=(),
+        notes=(),
+        seconds=0.0,
+        plane=plane,
+        rotor=rotor,
     )
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from scipy.stats import norm
+
 from platform_daemon.core.schemas.fits import FileDigest
 from platform_daemon.diagnosis.diagnose import Diagnosis
 from platform_daemon.diagnosis.findings.accepted_effects import AcceptedEffect
@@ -71,7 +73,7 @@ def diagnosis_report(
         model=found.model.name,
         scatter={n: m.scatter for n, m in found.parameters_after.items()},
         ranking=tuple(map(_tried, found.found.tried[: THRESHOLDS.findings.ranked_candidates])),
-        left_over=UnexplainedRest(gain=found.found.omnibus_test.excess, p_value=found.found.omnibus_test.p_value),
+        left_over=_left_over(found),
         notes=found.notes,
         where=tuple(map(_moving, found.moving)) or None,
         tentative=_tentative(found) or None,
@@ -80,6 +82,14 @@ def diagnosis_report(
         value_sources=tuple(value_sources) or None,
         recordings=None if recordings is None else tuple(recordings),
     )
+
+
+def _left_over(found: Diagnosis) -> UnexplainedRest:
+    """Beside the named effects; of a rigid rotor the excess of chi^2 over that of noise."""
+    if found.rotor is None:
+        return UnexplainedRest(gain=found.found.omnibus_test.excess, p_value=found.found.omnibus_test.p_value)
+    chi2, dof = sum(found.rotor.fit.chi2), sum(found.rotor.fit.dof)
+    return UnexplainedRest(gain=max(chi2 - dof, 0.0), p_value=float(norm.sf((chi2 - dof) / math.sqrt(2.0 * dof))))
 
 
 def after_effects(found: Diagnosis) -> tuple[NamedEffect, ...]:

@@ -20,10 +20,12 @@ PLAIN_INTEGERS = range(4)  # indices, dimensions, and the three parameters of a 
 PROGRESS = "shares of the progress that is shown"
 ALLOWED = {
     "diagnose.py": ([0.1, 0.7, 0.8, 0.9], PROGRESS),
+    "findings/rotor_findings.py": ([100.0], "percent"),
     "findings/random_walk.py": ([1e-14, 1e-9, 0.25, 10.0], "tolerances and brackets of a root; a decade"),
     "findings/verdict.py": ([4.0, 100.0, 100.0, 100.0], "the bracket of a root; per cent"),
     "regression/torque_response.py": ([3.0, 3.0], "the weights of the Runge-Kutta method"),
     "report.py": ([10.0, 10.0], "decimal logarithms"),
+    "rigid_body/defects.py": ([10.0, 1e3, 1e3], "millimetres, decimal digits"),
     "selection/data_integrity.py": ([4], "the rows of the kernel's basis"),
     "selection/stepwise.py": ([0.15, 0.25, 0.3], PROGRESS),
     "selection/torque_sets.py": ([0.15, 0.25], PROGRESS),

@@ -16,6 +16,7 @@ from platform_daemon.estimation.noise.coloured import sd_at
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.rotor_fit.shot import RotorContext
 
 _LIMITS = THRESHOLDS.shots
 _UNITS = {"dmdt": "A m^2/s", "voltage": "V", "angle": "rad"}
@@ -32,6 +33,7 @@ class DiagnosisShot:
         sensitivity: (channels, 3) V/(A m^2/s), None if unknown; receiver effects act on volts.
         group: what was common to some shots and not to others (amplitude, pose); shots of one group repeat each other.
         samples_in: unit of the record's samples where it is not that of its quantity: counts of a converter.
+        rotor: what the recording says of the rotor and its drive; None: nothing, or not enough.
     """
 
     name: str
@@ -40,6 +42,7 @@ class DiagnosisShot:
     sensitivity: Array | None = None
     group: str = ""
     samples_in: str = ""
+    rotor: RotorContext | None = None
 
     @property
     def unit(self) -> str:

@@ -9,6 +9,7 @@ screening: Records, windows and sliding windows.
 noise: The measurement of noise.
 least_squares: Start values, minimisation and passes over samples.
 physics: The computed motion.
+rigid_rotor: The rotor of five degrees of freedom.
 goodness_of_fit: The judgement of a fit.
 applications: Calibration, harmonic estimator and Cramer-Rao bound.
 tuned: How a tuned number is declared.
@@ -25,6 +26,7 @@ from .goodness_of_fit import GoodnessOfFitThresholds
 from .least_squares import LeastSquaresThresholds, StartValueThresholds
 from .noise import NoiseThresholds
 from .physics import PhysicsThresholds
+from .rigid_rotor import RigidRotorThresholds
 from .screening import ScreeningThresholds
 
 
@@ -37,6 +39,7 @@ class Thresholds:
     start_values: StartValueThresholds = field(default_factory=StartValueThresholds)
     least_squares: LeastSquaresThresholds = field(default_factory=LeastSquaresThresholds)
     physics: PhysicsThresholds = field(default_factory=PhysicsThresholds)
+    rigid_rotor: RigidRotorThresholds = field(default_factory=RigidRotorThresholds)
     goodness_of_fit: GoodnessOfFitThresholds = field(default_factory=GoodnessOfFitThresholds)
     calibration: CalibrationThresholds = field(default_factory=CalibrationThresholds)
     harmonic_estimator: HarmonicEstimatorThresholds = field(default_factory=HarmonicEstimatorThresholds)

@@ -28,6 +28,10 @@ _NOT_A_MODEL = {
     "switch_transient": "lengthen the switch window, or start the fit later",
     "zero_drift": "let the encoder warm up, or mount the camera firmly; fits take a slow drift out of each record",
     "kick": "keep the stand from being touched; a kick belongs to one recording only",
+    **dict.fromkeys(
+        ("stator_tilt", "rotor_tilt", "jewel_tilt", "lateral_displacement"),
+        "fits of one angle cannot hold a manufacturing error; the diagnosis has the rotor's parameters with it",
+    ),
     "clock_gap": "repair the data acquisition; samples that are missing belong to no model",
 }
 

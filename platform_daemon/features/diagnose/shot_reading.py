@@ -17,6 +17,8 @@ from platform_daemon.estimation.refusal import Refusal, RefusedError
 from platform_daemon.estimation.screening.screening import screen_free_swing
 from platform_daemon.features.fit.measurement import AngleMeasurement, VoltageMeasurement
 
+from .rotor_context import rotor_context
+
 _NO_FREE_SWING = (Refusal.NOT_FINITE, Refusal.TOO_SHORT, Refusal.NO_SIGNAL, Refusal.NO_DECAY)
 _MOST_SEARCHED = 12_000_000  # values of all channels: a minute of three at 61 kHz takes 1.2 GB and half a minute
 _FEWEST_SEARCHED = 4  # shots
@@ -105,7 +107,10 @@ class _FrameReader:
             return
         loaded.notes += [f"{name}: {note}" for note in (*signal.notes, of_shot.note) if note]
         unit = "counts" if recorded.recording.counts else ""
-        shot = DiagnosisShot(name, signal.record, of_shot.model, self._sensitivity, recorded.path.name, unit)
+        shot = DiagnosisShot(
+            name, signal.record, of_shot.model, self._sensitivity, recorded.path.name, unit,
+            rotor_context(recorded.recording, k) if recorded.calibration is not None else None,
+        )  # fmt: skip
         loaded.shots.append(shot)
 
 

@@ -1,0 +1,87 @@
+"""What a rotor of five degrees of freedom has found, as a finding like any other: effect, scores, notes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.regression.cross_validation import CrossValidation, HeldOutScore
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.regression.score_test import score_table
+from platform_daemon.diagnosis.rigid_body.defects import ManufacturingError
+from platform_daemon.diagnosis.rigid_body.plane_test import PlaneTest
+from platform_daemon.diagnosis.selection.confounders import Confounder
+from platform_daemon.diagnosis.selection.omnibus_test import omnibus_test
+from platform_daemon.diagnosis.selection.significance import log_chance
+from platform_daemon.diagnosis.selection.stepwise import Selection
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.rotor_fit.parameters import DEFECTS
+
+from .accepted_effects import AcceptedEffect
+
+
+def unsearched(base: JointFit, pool: Executor) -> Selection:
+    """The declared model, beside which no effect of one angle was tried."""
+    rest = omnibus_test(base, pool)
+    return Selection(
+        base=base,
+        best=base,
+        score_table=score_table(base, [], pool),
+        omnibus_test=rest,
+        before=rest,
+        tried=(),
+        trials=float(len(DEFECTS)),
+        score_table_of=lambda at: score_table(at, [], pool),
+    )
+
+
+def rotor_scores(rotor: ManufacturingError) -> CrossValidation:
+    """The ends of the shots, predicted from their beginnings."""
+    h = rotor.held_out
+    rows = zip(h.chi2, h.dof, h.squares, h.energy, rotor.fit.chi2, strict=True)
+    return CrossValidation(tuple(HeldOutScore(chi2=c, dof=d, squares=s, energy=e, whole=w) for c, d, s, e, w in rows))
+
+
+def rotor_effect(rotor: ManufacturingError, held_out_gain: float) -> AcceptedEffect:
+    """The named manufacturing error with its evidence."""
+    gain = (rotor.before_chi2 - sum(rotor.fit.chi2)) / max(1.0, rotor.fit.chi2_per_dof)
+    return AcceptedEffect(
+        candidate=Candidate(rotor.effect),
+        strength=rotor.strength,
+        std=rotor.std,
+        log_p=log_chance(gain, 1, float(len(DEFECTS))),
+        held_out_gain=held_out_gain,
+        confounders=tuple(Confounder(candidate=Candidate(e), rise=0.0, gain=gain) for e in rotor.alike),
+    )
+
+
+def leaves_noise(rotor: ManufacturingError) -> bool:
+    """What the rotor leaves over is noise."""
+    return rotor.fit.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
+
+
+def rotor_notes(rotor: ManufacturingError) -> tuple[str, ...]:
+    """What it is, in words."""
+    alike = f", or what acts alike: {', '.join(e.id for e in rotor.alike)}" if rotor.alike else ""
+    fit = rotor.fit
+    return (
+        f"{rotor.in_words}{alike}: a rotor of five degrees of freedom, from rest through the recorded drive, leaves "
+        f"chi2/dof {fit.chi2_per_dof:.4g} over {fit.window_s:.3g} s",
+        "effects of one angle were not searched beside it",
+    )
+
+
+def plane_notes(plane: PlaneTest | None, shots: Sequence[DiagnosisShot]) -> tuple[str, ...]:
+    """What the plane test says, if the motion leaves its plane."""
+    if plane is None or not plane.leaves:
+        return ()
+    low, high = (f"{100.0 * end(plane.share):.2g}" for end in (min, max))
+    size = low if low == high else f"{low} to {high}"
+    text = (
+        f"the motion leaves its plane in every shot: along the main axis stands {size} % of the signal, "
+        "which one angle cannot hold"
+    )
+    known = all(s.rotor is not None for s in shots)
+    return (text if known else f"{text}; its cause is sought only where the recordings hold drive and geometry",)

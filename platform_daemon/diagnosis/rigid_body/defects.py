@@ -1,0 +1,304 @@
+"""The manufacturing error that explains a motion which leaves its plane: fits of the rigid rotor, and their proof."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.diagnosis.effects.effect import Effect
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.regression.parameters import Mean
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
+from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U, rodrigues_from_rotation
+from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor
+from platform_daemon.estimation.rotor_fit.parameters import Defect
+from platform_daemon.estimation.rotor_fit.shot import RotorShot
+
+_LIMITS = THRESHOLDS.rigid_body
+_ROTOR_SOURCE = "manufacturing (paper, sec. ssec:types_of_manufacturing_errors)"
+
+
+def _effect(name: str, unit: str, what: str) -> Effect:
+    return Effect(
+        id=name,
+        unit=unit,
+        sign=0,
+        separates=(),
+        signature="the motion leaves its plane: a part along the main axis at f and 2f, with side modes",
+        source=f"{what}; {_ROTOR_SOURCE}",
+    )
+
+
+STATOR_TILT = _effect("stator_tilt", "rad", "the stator's moment is tilted about v")
+ROTOR_TILT = _effect("rotor_tilt", "rad", "the rotor's moment is tilted about v against the thread")
+JEWEL_TILT = _effect("jewel_tilt", "rad", "the jewel is tilted about v")
+LATERAL_DISPLACEMENT = _effect("lateral_displacement", "m", "the stator is displaced along u")
+
+
+def effect_of(defect: Defect, bearing: str) -> Effect:
+    """The effect of a parameter of the rotor."""
+    if defect == "stator_tilt_rad":
+        return STATOR_TILT
+    if defect == "lateral_displacement_m":
+        return LATERAL_DISPLACEMENT
+    return JEWEL_TILT if bearing == "jewel" else ROTOR_TILT
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldOutRotor:
+    """Of each shot: chi^2 of the part that was predicted, its degrees of freedom, squares of the residual and of the
+    data there."""
+
+    chi2: tuple[float, ...]
+    dof: tuple[float, ...]
+    squares: tuple[float, ...]
+    energy: tuple[float, ...]
+
+    @property
+    def chi2_per_dof(self) -> float:
+        """Of all shots."""
+        return sum(self.chi2) / sum(self.dof)
+
+    @property
+    def nrmse(self) -> float:
+        """Rms of the error over that of the data."""
+        return math.sqrt(sum(self.squares) / sum(self.energy))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ManufacturingError:
+    """What a rotor of five degrees of freedom makes of the shots.
+
+    effect: the named one; strength, std: in its unit; alike: effects that explain the shot as well; fit: of all shots;
+    held_out: the end of each shot, predicted from its beginning; before_chi2: chi^2 of one angle; parameters: means.
+    """
+
+    effect: Effect
+    strength: float
+    std: float
+    alike: tuple[Effect, ...]
+    fit: RotorFit
+    held_out: HeldOutRotor
+    before_chi2: float
+    parameters: Mapping[str, Mean]
+
+    @property
+    def in_words(self) -> str:
+        """stator tilted by 2.030(12) deg about v."""
+        if self.effect is LATERAL_DISPLACEMENT:
+            return f"stator displaced by {_with_error(1e3 * self.strength, 1e3 * self.std)} mm along u"
+        size = _with_error(math.degrees(self.strength), math.degrees(self.std))
+        return f"{self.effect.id.removesuffix('_tilt')} tilted by {size} deg about v"
+
+
+def _with_error(value: float, std: float) -> str:
+    """2.030(12): two digits of the standard deviation."""
+    digits = max(0, 1 - math.floor(math.log10(std)))
+    return f"{value:.{digits}f}({round(std * 10.0**digits)})"
+
+
+def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | None:
+    """The error that explains shots which leave their plane; None if none does, or if their drive is not known.
+
+    The first shot is fitted alone in windows that grow, with both signs; the others begin with what it found in common,
+    so that their ends are predicted from their beginnings; then all are fitted together.
+    """
+    shots = _rotor_shots(base)
+    if not shots:
+        return None
+    try:
+        first = _alone(shots[0], "stator_tilt_rad", pool)
+        fits = [first, *(_like(shot, shots[0], first, pool) for shot in shots[1:])]
+        held_out = _held_out(fits)
+        start = [replace(f.shots[0], values=f.values[0]) for f in fits]
+        fit = first if len(fits) == 1 else _together(start, pool)
+    except RotorFitError:
+        return None
+    strength, std = fit.strength
+    if not fit.chi2_per_dof < _LIMITS.explained_chi2_per_dof or not abs(strength) > _LIMITS.sure_sigma * std:
+        return None
+    bearing = shots[0].geometry.bearing
+    return ManufacturingError(
+        effect=effect_of("stator_tilt_rad", bearing),
+        strength=strength,
+        std=std,
+        alike=tuple(effect_of(d, bearing) for d in _alike(shots[0], first, pool)),
+        fit=fit,
+        held_out=held_out,
+        before_chi2=base.chi2,
+        parameters=_means(fit),
+    )
+
+
+def _rotor_shots(base: JointFit) -> list[RotorShot]:
+    """Shots with start values from one angle; none if a shot's drive or geometry is not known."""
+    shots = []
+    for prepared, state in zip(base.prepared, base.states, strict=True):
+        known, observed, shot = prepared.shot.rotor, state.observation, prepared.shot
+        if known is None or not isinstance(observed, DipoleObservation):
+            return []
+        coefficients = dict(
+            zip((c.name for c in base.hypothesis.model.coefficients), state.dynamics.values, strict=True)
+        )
+        rotation = observed.rotation
+        if (known.rotation.T @ rotation)[2, 2] < 0.0:
+            rotation = rotation @ HALF_TURN_ABOUT_U
+        record, jewel = shot.record, known.geometry.bearing == "jewel"
+        loss = coefficients.get("lambda_per_s", 0.0)
+        values = RotorValues(
+            f_nat_hz=state.dynamics.w / (2.0 * math.pi),
+            m_r_am2=abs(observed.m_r),
+            lambda_per_s=min(loss, _LIMITS.jewel_damping_per_s) if jewel else loss,
+            rotation=rotation,
+            tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0),
+            friction_coefficient=known.geometry.friction_coefficient,
+            side_damping_per_s=_LIMITS.side_damping_per_s,
+            creep_m_per_s=_LIMITS.creep_m_per_s if jewel else 0.0,
+        )
+        late_s = record.valid_from / record.sampling_rate_hz
+        shots.append(
+            RotorShot(
+                samples=record.valid,
+                rate_hz=record.sampling_rate_hz,
+                sd=shot.noise.sd,
+                geometry=known.geometry,
+                drive=replace(known.drive, rx_start_s=known.drive.rx_start_s + late_s),
+                values=values,
+                moving=known.moving,
+            )
+        )
+    return shots
+
+
+def _alone(shot: RotorShot, defect: Defect, pool: Executor) -> RotorFit:
+    """One shot from the start, by the sign of the defect that a short window prefers.  Raises RotorFitError."""
+    size = _LIMITS.start_m if defect == "lateral_displacement_m" else _LIMITS.start_rad
+    n = shot.count(_LIMITS.sign_window_s)
+    tried = []
+    for sign in (1.0, -1.0):
+        begun = replace(shot, values=shot.values.with_numbers({defect: sign * size}))
+        try:
+            tried.append(fit_rotor([replace(begun, samples=shot.samples[:, :n])], defect, pool, whole=False))
+        except RotorFitError:
+            continue
+    if not tried:
+        raise RotorFitError("a short window finds no rotor")
+    best = min(tried, key=lambda f: sum(f.chi2))
+    begun = replace(shot, values=best.values[0])
+    return fit_rotor([begun], defect, pool, first_window_s=2.0 * _LIMITS.sign_window_s)
+
+
+def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) -> RotorFit:
+    """A shot with what another one found in common, held; its own values start as far from one angle's as there."""
+    there, v = found.values[0], shot.values
+    values = replace(
+        there,
+        f_nat_hz=v.f_nat_hz + there.f_nat_hz - other.values.f_nat_hz,
+        m_r_am2=v.m_r_am2 * there.m_r_am2 / other.values.m_r_am2,
+        rotation=v.rotation,
+        tf_over_i_rad_per_s2=there.tf_over_i_rad_per_s2,
+    )
+    if other.values.tf_over_i_rad_per_s2 > 0.0 and v.tf_over_i_rad_per_s2 > 0.0:
+        ratio = there.tf_over_i_rad_per_s2 / other.values.tf_over_i_rad_per_s2
+        values = replace(values, tf_over_i_rad_per_s2=v.tf_over_i_rad_per_s2 * ratio)
+    return fit_rotor([replace(shot, values=values)], found.defect, pool, held=COMMON)
+
+
+COMMON = (
+    "lambda_per_s",
+    "side_damping_per_s",
+    "stator_tilt_rad",
+    "bearing_tilt_rad",
+    "lateral_displacement_m",
+    "friction_coefficient",
+)
+
+
+def _together(shots: Sequence[RotorShot], pool: Executor) -> RotorFit:
+    """All shots over their whole windows.  Raises RotorFitError."""
+    longest = max(s.samples.shape[1] / s.rate_hz for s in shots)
+    return fit_rotor(shots, "stator_tilt_rad", pool, first_window_s=longest)
+
+
+def _held_out(fits: Sequence[RotorFit]) -> HeldOutRotor:
+    """The end of each shot, predicted from its beginning: at most 70 % of the first shot, 30 % of the others, whose
+    common values are those of the first."""
+    rows = []
+    for k, fit in enumerate(fits):
+        shot = fit.shots[0]
+        share = THRESHOLDS.regression.own_share if k else THRESHOLDS.regression.split_share
+        whole = shot.samples.shape[1] / shot.rate_hz
+        early = [s for s in fit.stages if s[0] <= share * whole]
+        window_s, (values, *_) = (early or list(fit.stages) or [(fit.window_s, fit.values)])[-1]
+        n = shot.count(window_s)
+        try:
+            model, _ = shot.rotor(values).dm_dt(shot.samples.shape[1], shot.rate_hz)
+        except (NoRestError, LostRotorError):
+            model = np.zeros_like(shot.samples)
+        left, data = (shot.samples - model)[:, n:], shot.samples[:, n:]
+        left = left - left.mean(axis=1, keepdims=True)
+        rows.append(
+            (
+                float(np.sum((left / shot.sd[:, None]) ** 2)),
+                float(left.size),
+                float(np.sum(left**2)),
+                float(np.sum(data**2)),
+            )
+        )
+    chi2, dof, squares, energy = zip(*rows, strict=True)
+    return HeldOutRotor(chi2=chi2, dof=dof, squares=squares, energy=energy)
+
+
+def _alike(shot: RotorShot, found: RotorFit, pool: Executor) -> list[Defect]:
+    """Other defects that explain one shot over a short window as well as the one that was found."""
+    n = shot.count(_LIMITS.rival_window_s)
+    short = replace(shot, samples=shot.samples[:, :n])
+    values = found.values[0]
+    rivals: list[Defect] = ["bearing_tilt_rad", "lateral_displacement_m"]
+    alike: list[Defect] = []
+    best = fit_rotor([replace(short, values=values)], "stator_tilt_rad", pool, first_window_s=_LIMITS.rival_window_s)
+    for rival in rivals:
+        size = _LIMITS.start_m if rival == "lateral_displacement_m" else _LIMITS.start_rad
+        for sign in (1.0, -1.0):
+            begun = values.with_numbers({"stator_tilt_rad": 0.0, "turn_v_rad": 0.0, rival: sign * size})
+            try:
+                other = fit_rotor([replace(short, values=begun)], rival, pool)
+            except RotorFitError:
+                continue
+            if sum(other.chi2) - sum(best.chi2) < _LIMITS.rival_chi2:
+                alike.append(rival)
+                break
+    return alike
+
+
+def _means(fit: RotorFit) -> dict[str, Mean]:
+    """Means over the shots of what is also a parameter of one angle, and the orientation.
+
+    The errors of the shots stem mostly from the common values, so that they do not average out.
+    """
+    jewel = fit.shots[0].geometry.bearing == "jewel"
+    names = ["f_nat_hz", "m_r_am2", "lambda_per_s", *(["tf_over_i_rad_per_s2"] if jewel else [])]
+    found = {}
+    for name in names:
+        values = np.array([getattr(v, name) for v in fit.values])
+        errors = np.array([s[name] for s in fit.std])
+        common = name == "lambda_per_s"
+        std = float(errors.mean())
+        scatter = None if common or values.size == 1 else float(values.std(ddof=1))
+        found[name] = Mean(value=float(values.mean()), std=std, scatter=scatter)
+    turned = np.array(
+        [rodrigues_from_rotation(s.rotor(v).rotation) for s, v in zip(fit.shots, fit.values, strict=True)]
+    )
+    spread: Array = np.array([[s[f"turn_{a}_rad"] for a in "uvw"] for s in fit.std])
+    std = float(np.sqrt(np.mean(spread**2)))
+    for k, name in enumerate(("rodrigues_x", "rodrigues_y", "rodrigues_z")):
+        scatter = None if len(turned) == 1 else float(turned[:, k].std(ddof=1))
+        found[name] = Mean(value=float(turned[:, k].mean()), std=std, scatter=scatter)
+    return found

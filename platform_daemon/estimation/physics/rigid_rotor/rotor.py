@@ -1,0 +1,281 @@
+"""The rigid rotor by named parameters: geometry, manufacturing errors, drive, and the dm/dt that follows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+from .equations import (
+    ANCHOR,
+    AXIS,
+    CREEP,
+    CREEP_SPIN,
+    DAMPING,
+    DRIVE_SLOTS,
+    END,
+    FIELD,
+    FRICTION,
+    HERTZ,
+    INERTIA,
+    JEWEL,
+    LAG,
+    LINK,
+    MASS,
+    MOMENT,
+    MOMENT_SIZE,
+    OMEGA,
+    PERMEABILITY,
+    PHASE,
+    PULSATION,
+    RADIUS,
+    SIDE_DAMPING,
+    SLOTS,
+    SPIN_LEVER,
+    STATES,
+    STATOR,
+    STATOR_MOMENT,
+    WEIGHT,
+)
+from .swing import accelerations, swing
+
+LIMITS = THRESHOLDS.rigid_rotor
+DOWN_M_PER_S2 = (0.0, 0.0, -9.81)  # world axes
+EMPTY: Array = np.zeros(0)
+
+
+class NoRestError(ValueError):
+    """The rotor has no position of rest near the main axis."""
+
+
+class LostRotorError(ValueError):
+    """The motion cannot be followed: the parameters are far from any rotor."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RotorGeometry:
+    """What the drawing of a resonator says.
+
+    radius_m: of rotor and stator; stator_moment_am2: by design; link_m: length of a thread, or R - r of a jewel's cup;
+    friction_coefficient: mu of the jewel's contact by its materials, 0 for a thread.
+    """
+
+    bearing: Literal["thread", "jewel"]
+    radius_m: float
+    mass_kg: float
+    stator_moment_am2: float
+    link_m: float
+    friction_coefficient: float = 0.0
+
+    @property
+    def inertia_kg_m2(self) -> float:
+        """Of a homogeneous sphere about a diameter."""
+        return 0.4 * self.mass_kg * self.radius_m**2
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoilDrive:
+    """What the coils play from rest on, as the recording states it.
+
+    field_t: (3,) peak in world axes; phase_rad: of the field's sine at its start, t = 0; rx_start_s: of the first RX
+    sample; lag_s: L/R of the coils, by which the field begins and ends.
+    """
+
+    field_t: tuple[float, float, float]
+    frequency_hz: float
+    phase_rad: float
+    duration_s: float
+    rx_start_s: float
+    lag_s: float = LIMITS.drive_lag_s
+
+
+@dataclass(frozen=True, kw_only=True)
+class RotorValues:
+    """All parameters of one shot in SI.
+
+    f_nat_hz: of the magnets without manufacturing errors (eq:omega_nat); tf_over_i_rad_per_s2: dry friction of a
+    jewel's contact when it only spins, undeflected; creep_m_per_s: slip below which the contact creeps; tilts and
+    displacement as in fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's
+    moment against the thread or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes;
+    turn_*_rad: rotation vector by which it is turned, in u, v, w; drive_size: times the stated field; drive_delay_s: of
+    the samples; start_*: of the swing at the start of the drive.
+    """
+
+    f_nat_hz: float
+    m_r_am2: float
+    lambda_per_s: float
+    rotation: Array
+    tf_over_i_rad_per_s2: float = 0.0
+    friction_coefficient: float = 0.0
+    side_damping_per_s: float = 0.0
+    creep_m_per_s: float = 0.0
+    stator_tilt_rad: float = 0.0
+    bearing_tilt_rad: float = 0.0
+    lateral_displacement_m: float = 0.0
+    turn_u_rad: float = 0.0
+    turn_v_rad: float = 0.0
+    turn_w_rad: float = 0.0
+    drive_size: float = 1.0
+    drive_delay_s: float = 0.0
+    start_angle_rad: float = 0.0
+    start_speed_rad_per_s: float = 0.0
+
+    def with_numbers(self, numbers: Mapping[str, float]) -> RotorValues:
+        """The same with other numbers, by name."""
+        changes: dict[str, Any] = dict(numbers)
+        return replace(self, **changes)
+
+
+@dataclass(frozen=True)
+class RigidRotor:
+    """One shot of a rotor: its motion from rest through the drive, and the dm/dt that follows.
+
+    gravity_m_per_s2: world axes.
+    """
+
+    geometry: RotorGeometry
+    values: RotorValues
+    drive: CoilDrive
+    gravity_m_per_s2: tuple[float, float, float] = DOWN_M_PER_S2
+
+    @cached_property
+    def rotation(self) -> Array:
+        """(3, 3), from u, v, w to world axes."""
+        v = self.values
+        turned = rotation_from_rodrigues(np.array([v.turn_u_rad, v.turn_v_rad, v.turn_w_rad]))
+        return np.asarray(v.rotation @ turned)
+
+    @property
+    def omega_rad_per_s(self) -> float:
+        """omega_nat."""
+        return 2.0 * math.pi * self.values.f_nat_hz
+
+    @property
+    def distance_m(self) -> float:
+        """Of the magnets' centres, such that the stator's design moment gives f_nat with m_r (eq:T_m, eq:omega_nat)."""
+        field_t = self.geometry.inertia_kg_m2 * self.omega_rad_per_s**2 / self.values.m_r_am2
+        return float(np.cbrt(PERMEABILITY * self.geometry.stator_moment_am2 / field_t))
+
+    @property
+    def contact_radius_m(self) -> float:
+        """Of the pressure circle at rest, that T_f/I and mu imply (eq:tf); 0 without friction."""
+        v = self.values
+        if v.tf_over_i_rad_per_s2 == 0.0 or v.friction_coefficient == 0.0:
+            return 0.0
+        torque = v.tf_over_i_rad_per_s2 * self.geometry.inertia_kg_m2
+        return torque / (SPIN_LEVER * v.friction_coefficient * self._pull_n)
+
+    @property
+    def _pull_n(self) -> float:
+        """Attraction of the magnets, undeflected, N (eq:fm(phi))."""
+        v, distance = self.values, self.distance_m
+        return 3.0 * self.geometry.inertia_kg_m2 * (2.0 * math.pi * v.f_nat_hz) ** 2 / distance
+
+    @cached_property
+    def parameters(self) -> Array:
+        """Of the kernels, (SLOTS,), see `equations`."""
+        g, v, d = self.geometry, self.values, self.distance_m
+        p = np.zeros(SLOTS)
+        p[JEWEL] = float(g.bearing == "jewel")
+        p[MASS], p[INERTIA], p[LINK], p[RADIUS] = g.mass_kg, g.inertia_kg_m2, g.link_m, g.radius_m
+        p[ANCHOR + 2] = d + g.link_m + g.radius_m
+        if p[JEWEL]:
+            cup = g.link_m + g.radius_m
+            contact = d - g.radius_m
+            p[ANCHOR], p[ANCHOR + 2] = cup * math.sin(v.bearing_tilt_rad), contact + cup * math.cos(v.bearing_tilt_rad)
+        p[STATOR] = v.lateral_displacement_m
+        p[STATOR_MOMENT] = -g.stator_moment_am2 * math.cos(v.stator_tilt_rad)
+        p[STATOR_MOMENT + 2] = g.stator_moment_am2 * math.sin(v.stator_tilt_rad)
+        p[MOMENT_SIZE] = v.m_r_am2
+        p[WEIGHT : WEIGHT + 3] = g.mass_kg * self.rotation.T @ np.array(self.gravity_m_per_s2)
+        p[DAMPING], p[SIDE_DAMPING] = v.lambda_per_s, v.side_damping_per_s
+        p[FRICTION] = v.friction_coefficient
+        p[HERTZ] = self.contact_radius_m / self._pull_n ** (1.0 / 3.0)
+        p[CREEP], p[CREEP_SPIN] = v.creep_m_per_s, LIMITS.creep_spin_rad_per_s
+        return p
+
+    @cached_property
+    def coils(self) -> Array:
+        """The drive for the kernels, (DRIVE_SLOTS,)."""
+        out = np.zeros(DRIVE_SLOTS)
+        v, d = self.values, self.drive
+        out[FIELD : FIELD + 3] = v.drive_size * (self.rotation.T @ np.array(d.field_t))
+        out[PULSATION] = 2.0 * math.pi * d.frequency_hz
+        out[PHASE], out[LAG], out[END] = d.phase_rad, d.lag_s, d.duration_s
+        return out
+
+    def rest(self) -> Array:
+        """The state (STATES,) of equilibrium without friction.  Raises NoRestError."""
+        p = self.parameters.copy()
+        p[[FRICTION, DAMPING, SIDE_DAMPING]] = 0.0
+        still = np.zeros(DRIVE_SLOTS)
+        tilt = 0.0 if p[JEWEL] else self.values.bearing_tilt_rad
+        moment, axis = np.array([math.cos(tilt), 0.0, -math.sin(tilt)]), np.array([0.0, 0.0, 1.0])
+        small, scale = np.zeros(5), self.omega_rad_per_s**2
+
+        def state(at: Array) -> Array:
+            turn = rotation_from_rodrigues(at[2:])
+            y = np.zeros(STATES)
+            y[:2], y[MOMENT : MOMENT + 3] = at[:2], turn @ moment
+            y[AXIS : AXIS + 3] = turn @ axis if not p[JEWEL] else 0.0
+            return y
+
+        def pull(at: Array) -> Array:
+            rate = accelerations(state(at), p, still)
+            return np.concatenate([rate[2:4], rate[OMEGA:]]) / scale
+
+        for _ in range(LIMITS.rest_rounds):
+            slope = np.empty((5, 5))
+            for k, unit in enumerate(np.eye(5) * LIMITS.rest_step):
+                slope[:, k] = (pull(small + unit) - pull(small - unit)) / (2.0 * LIMITS.rest_step)
+            step = np.linalg.lstsq(slope, -pull(small), rcond=LIMITS.rest_step)[0]
+            small += step
+            if not np.hypot(small[0], small[1]) < LIMITS.rest_farthest:
+                break
+            if np.abs(step).max() < LIMITS.rest_close:
+                return state(small)
+        raise NoRestError("magnets, bearing and gravity balance nowhere near the main axis")
+
+    def start(self) -> Array:
+        """The state (STATES,) in which the drive finds it: at rest, or in a swing that is left over.  NoRestError."""
+        y, v = self.rest(), self.values
+        if v.start_angle_rad == 0.0 and v.start_speed_rad_per_s == 0.0:
+            return y
+        axis = np.array([-y[0], -y[1], math.sqrt(1.0 - y[0] ** 2 - y[1] ** 2)])
+        if self.geometry.bearing == "thread":
+            axis = y[AXIS : AXIS + 3].copy()
+        turn = rotation_from_rodrigues(axis * v.start_angle_rad)
+        y[MOMENT : MOMENT + 3] = turn @ y[MOMENT : MOMENT + 3]
+        y[OMEGA:] = axis * v.start_speed_rad_per_s
+        return y
+
+    def tolerances(self) -> Array:
+        """Tolerated error of each component of the state per step, (STATES,)."""
+        scale = np.full(STATES, LIMITS.side_factor * LIMITS.tolerance)
+        scale[[MOMENT, MOMENT + 1, OMEGA + 2]] = LIMITS.tolerance
+        scale[2:4] *= self.omega_rad_per_s
+        scale[OMEGA:] *= self.omega_rad_per_s
+        return scale
+
+    def dm_dt(self, samples: int, rate_hz: float, steps: Array = EMPTY) -> tuple[Array, Array]:
+        """dm/dt in world axes, (3, samples) A m^2/s, and the ends of the steps, s.
+
+        steps: those of a neighbour, so that their difference is smooth.  Raises NoRestError, LostRotorError.
+        """
+        out = np.zeros((samples, 3))
+        first_s = self.drive.rx_start_s + self.values.drive_delay_s
+        ends = swing(self.start(), self.parameters, self.coils, first_s, 1.0 / rate_hz, self.tolerances(), steps, out)
+        last_s = first_s + (samples - 1) / rate_hz
+        if steps.size == 0 and (ends.size == 0 or ends[-1] < last_s):
+            raise LostRotorError("the rotor's motion cannot be followed")
+        if not np.all(np.isfinite(out)):
+            raise LostRotorError("the rotor's motion runs away")
+        return self.values.m_r_am2 * (self.rotation @ out.T), ends

@@ -1,0 +1,233 @@
+"""Damped Gauss-Newton over shots together, in windows that grow.
+
+A window of the whole ring-down has many minima, because the phase of a swing counts hundreds of turns; in a short one
+the start values of a single angle are near enough.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+from .parameters import Defect, FreeParameter, free_parameters
+from .shot import RotorShot, chi2_of, linearised
+
+LIMITS = THRESHOLDS.rigid_rotor
+
+
+class RotorFitError(ValueError):
+    """The fit finds no rotor; the text says why."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RotorFit:
+    """A fit of shots together.
+
+    values: of each shot; std: of each shot by name, widened where the residual exceeds the noise; chi2: of each shot;
+    dof: of each shot; window_s: the last window; defect: that was free, None: none; stages: the windows that came
+    before, s, each with the values of the shots as they were fitted to it alone.
+    """
+
+    shots: tuple[RotorShot, ...]
+    values: tuple[RotorValues, ...]
+    std: tuple[Mapping[str, float], ...]
+    chi2: tuple[float, ...]
+    dof: tuple[float, ...]
+    window_s: float
+    defect: Defect | None
+    stages: tuple[tuple[float, tuple[RotorValues, ...]], ...] = ()
+
+    @property
+    def chi2_per_dof(self) -> float:
+        """Of all shots."""
+        return sum(self.chi2) / sum(self.dof)
+
+    @property
+    def strength(self) -> tuple[float, float]:
+        """Of the defect and its standard deviation, rad or m.  Raises ValueError without one."""
+        if self.defect is None:
+            raise ValueError("no defect was free in this fit")
+        return getattr(self.values[0], self.defect), self.std[0][self.defect]
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Where the free parameters of each shot stand in the common vector."""
+
+    free: tuple[tuple[FreeParameter, ...], ...]
+    places: tuple[tuple[int, ...], ...]
+    size: int
+
+    @classmethod
+    def of(cls, shots: Sequence[RotorShot], defect: Defect | None, held: Sequence[str], window_s: float) -> _Layout:
+        free, places, shared, size = [], [], dict[str, int](), 0
+        for shot in shots:
+            of_shot = tuple(
+                p
+                for p in free_parameters(shot.geometry, defect, moving=shot.moving)
+                if p.name not in held and p.from_s <= window_s
+            )
+            here = []
+            for p in of_shot:
+                if p.common and p.name in shared:
+                    here.append(shared[p.name])
+                    continue
+                here.append(size)
+                if p.common:
+                    shared[p.name] = size
+                size += 1
+            free.append(of_shot)
+            places.append(tuple(here))
+        return cls(tuple(free), tuple(places), size)
+
+    def moved(self, values: Sequence[RotorValues], step: Array) -> list[RotorValues]:
+        """The values of each shot after a step (size,)."""
+        return [
+            v.with_numbers({p.name: getattr(v, p.name) + float(step[k]) for p, k in zip(free, places, strict=True)})
+            for v, free, places in zip(values, self.free, self.places, strict=True)
+        ]
+
+    def prior(self, values: Sequence[RotorValues], first: Sequence[RotorValues]) -> tuple[Array, Array, float]:
+        """Weights (size,), pull (size,) towards what was known beforehand, and its chi^2."""
+        weight, off = np.zeros(self.size), np.zeros(self.size)
+        for v, f, free, places in zip(values, first, self.free, self.places, strict=True):
+            for p, k in zip(free, places, strict=True):
+                if p.sd is not None:
+                    weight[k], off[k] = p.sd**-2, getattr(f, p.name) - getattr(v, p.name)
+        return weight, weight * off, float(weight @ off**2)
+
+
+def longest_s(shots: Sequence[RotorShot]) -> float:
+    """Length of the longest ring-down."""
+    return max(s.samples.shape[1] / s.rate_hz for s in shots)
+
+
+def fit_rotor(
+    shots: Sequence[RotorShot],
+    defect: Defect | None,
+    pool: Executor,
+    *,
+    first_window_s: float = LIMITS.first_window_s,
+    held: Sequence[str] = (),
+    whole: bool = True,
+) -> RotorFit:
+    """Fit shots of one specimen together.
+
+    Args:
+        shots: with start values.
+        defect: the one that is free; the others stay as the start values have them.
+        pool: for the columns of the Jacobian.
+        first_window_s: of the windows that grow.
+        held: names of parameters that are not free.
+        whole: the window of the whole ring-down frees every parameter; False: only those that its length tells.
+
+    Raises:
+        RotorFitError: the start values are far from any rotor, or nothing is determined.
+    """
+    first = [s.values for s in shots]
+    values, longest, stages = list(first), longest_s(shots), []
+    window_s = min(first_window_s, longest)
+    while True:
+        layout = _Layout.of(shots, defect, held, window_s if window_s < longest or not whole else math.inf)
+        values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, pool)
+        if window_s >= longest:
+            break
+        stages.append((window_s, tuple(values)))
+        window_s *= LIMITS.window_growth
+        if window_s * math.sqrt(LIMITS.window_growth) > longest:
+            window_s = longest
+    try:
+        covariance = np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
+        raise RotorFitError("the shots do not determine the rotor's parameters") from None
+    wider = math.sqrt(max(1.0, sum(chi2) / sum(dof)))
+    std = wider * np.sqrt(np.abs(np.diag(covariance)))
+    return RotorFit(
+        shots=tuple(shots),
+        values=tuple(values),
+        std=tuple(
+            {p.name: float(std[k]) for p, k in zip(free, places, strict=True)}
+            for free, places in zip(layout.free, layout.places, strict=True)
+        ),
+        chi2=tuple(chi2),
+        dof=tuple(dof),
+        window_s=window_s,
+        defect=defect,
+        stages=tuple(stages),
+    )
+
+
+def _settled(
+    shots: Sequence[RotorShot],
+    layout: _Layout,
+    values: list[RotorValues],
+    first: Sequence[RotorValues],
+    window_s: float,
+    pool: Executor,
+) -> tuple[list[RotorValues], Array, list[float], list[float]]:
+    """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more."""
+    damping, grows = LIMITS.first_damping, LIMITS.damping_grows
+    for _ in range(LIMITS.most_steps):
+        matrix, gradient, chi2, counts = _normal_equations(shots, layout, values, window_s, pool)
+        weight, pull, known = layout.prior(values, first)
+        matrix[np.diag_indices(layout.size)] += weight
+        gradient += pull
+        total = sum(chi2) + known
+        moved, fall = False, 0.0
+        while damping < LIMITS.most_damping:
+            step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), gradient)
+            expected = float(2.0 * gradient @ step - step @ matrix @ step)
+            if expected < LIMITS.settled_chi2 and damping <= LIMITS.first_damping:
+                break
+            trial = layout.moved(values, np.asarray(step, dtype=np.float64))
+            fall = total - _cost(shots, layout, trial, first, window_s)
+            if fall > 0.0:
+                values, moved = trial, True
+                damping *= max(LIMITS.damping_falls, 1.0 - (2.0 * fall / expected - 1.0) ** 3)
+                grows = LIMITS.damping_grows
+                break
+            damping, grows = damping * grows, 2.0 * grows
+        if not moved or fall < LIMITS.settled_chi2:
+            break
+    own = layout.size / len(shots)
+    return values, matrix, chi2, [count - own for count in counts]
+
+
+def _cost(
+    shots: Sequence[RotorShot],
+    layout: _Layout,
+    values: Sequence[RotorValues],
+    first: Sequence[RotorValues],
+    window_s: float,
+) -> float:
+    """chi^2 with what was known beforehand; infinite where there is no such rotor."""
+    try:
+        seen = sum(chi2_of(s, v, window_s) for s, v in zip(shots, values, strict=True))
+    except (NoRestError, LostRotorError):
+        return math.inf
+    return seen + layout.prior(values, first)[2]
+
+
+def _normal_equations(
+    shots: Sequence[RotorShot], layout: _Layout, values: Sequence[RotorValues], window_s: float, pool: Executor
+) -> tuple[Array, Array, list[float], list[int]]:
+    """J^T J (size, size), J^T r (size,), chi^2 and number of residuals of each shot.  Raises RotorFitError."""
+    matrix, gradient, chi2, counts = np.zeros((layout.size, layout.size)), np.zeros(layout.size), [], []
+    for shot, v, free, places in zip(shots, values, layout.free, layout.places, strict=True):
+        try:
+            found = linearised(shot, v, free, window_s, pool)
+        except (NoRestError, LostRotorError) as error:
+            raise RotorFitError(str(error)) from None
+        matrix[np.ix_(places, places)] += found.matrix
+        gradient[list(places)] += found.gradient
+        chi2.append(found.chi2)
+        counts.append(found.count)
+    return matrix, gradient, chi2, counts

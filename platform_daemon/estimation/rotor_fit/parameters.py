@@ -1,0 +1,69 @@
+"""What a fit of the rigid rotor leaves free, and what is known of it beforehand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorGeometry
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+LIMITS = THRESHOLDS.rigid_rotor
+Defect = Literal["stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m"]
+DEFECTS: tuple[Defect, ...] = ("stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeParameter:
+    """One free parameter of RotorValues.
+
+    step: of the forward difference; sd: how well it is known beforehand, None: not at all; common: to all shots;
+    from_s: length of window from which on it is free, because a shorter one hardly tells it.
+    """
+
+    name: str
+    step: float
+    sd: float | None = None
+    common: bool = False
+    from_s: float = 0.0
+
+
+def free_parameters(geometry: RotorGeometry, defect: Defect | None, *, moving: bool) -> tuple[FreeParameter, ...]:
+    """Of one shot; moving: a swing of the shot before may be left when the drive begins."""
+    own = [
+        FreeParameter(name="f_nat_hz", step=LIMITS.step_f_nat_hz),
+        FreeParameter(name="m_r_am2", step=LIMITS.step_m_r_am2),
+        *(FreeParameter(name=f"turn_{axis}_rad", step=LIMITS.step_rad) for axis in "uvw"),
+        FreeParameter(name="drive_size", step=LIMITS.step_rad, sd=LIMITS.drive_size_sd),
+        FreeParameter(name="drive_delay_s", step=LIMITS.step_s, sd=LIMITS.drive_delay_sd_s),
+    ]
+    if moving:
+        own.append(FreeParameter(name="start_angle_rad", step=LIMITS.step_rad, sd=LIMITS.start_sd_rad))
+        own.append(
+            FreeParameter(
+                name="start_speed_rad_per_s",
+                step=LIMITS.step_speed_rad_per_s,
+                sd=LIMITS.start_sd_rad * LIMITS.typical_rad_per_s,
+            )
+        )
+    common = [
+        FreeParameter(name="lambda_per_s", step=LIMITS.step_per_s, common=True, from_s=LIMITS.damping_from_s),
+        FreeParameter(
+            name="side_damping_per_s",
+            step=LIMITS.step_per_s,
+            sd=LIMITS.side_damping_sd_per_s,
+            common=True,
+            from_s=LIMITS.damping_from_s,
+        ),
+    ]
+    if defect is not None:
+        step = LIMITS.step_m if defect == "lateral_displacement_m" else LIMITS.step_rad
+        common.append(FreeParameter(name=defect, step=step, common=True))
+    if geometry.bearing == "jewel":
+        own.append(FreeParameter(name="tf_over_i_rad_per_s2", step=LIMITS.step_friction_rad_per_s2))
+        common += [
+            FreeParameter(
+                name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd, common=True
+            ),
+        ]
+    return (*own, *common)

@@ -1,0 +1,96 @@
+"""One shot as the fit of the rigid rotor takes it, and its linearisation in the free parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive, RigidRotor, RotorGeometry, RotorValues
+
+from .parameters import FreeParameter
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RotorContext:
+    """What is known of a shot's rotor before any fit.
+
+    rotation: (3, 3) as declared, from u, v, w to world axes; moving: see RotorShot.
+    """
+
+    geometry: RotorGeometry
+    drive: CoilDrive
+    rotation: Array
+    moving: bool
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RotorShot:
+    """A ring-down after a known drive.
+
+    samples: dm/dt, (3, n) A m^2/s, world axes, the first one `drive.rx_start_s` after the start of the drive; sd: (3,)
+    of white noise; values: start values; moving: a swing of the shot before may be left when the drive begins.
+    """
+
+    samples: Array
+    rate_hz: float
+    sd: Array
+    geometry: RotorGeometry
+    drive: CoilDrive
+    values: RotorValues
+    moving: bool = False
+
+    def count(self, window_s: float) -> int:
+        """Samples in a window from the first one."""
+        return min(self.samples.shape[1], max(1, round(window_s * self.rate_hz)))
+
+    def rotor(self, values: RotorValues) -> RigidRotor:
+        """Its rotor with these values."""
+        return RigidRotor(self.geometry, values, self.drive)
+
+    def whitened(self, dm_dt: Array) -> Array:
+        """(3, n) in standard deviations and without its mean in every channel, as a vector (3 n,)."""
+        scaled = dm_dt / self.sd[:, None]
+        return np.asarray((scaled - scaled.mean(axis=1, keepdims=True)).ravel())
+
+    def residual(self, values: RotorValues, window_s: float) -> tuple[Array, Array]:
+        """Whitened residual (3 n,) and the steps of the motion.  Raises NoRestError, LostRotorError."""
+        n = self.count(window_s)
+        model, steps = self.rotor(values).dm_dt(n, self.rate_hz)
+        return self.whitened(self.samples[:, :n] - model), steps
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """Normal equations of one shot at some values: J^T J, J^T r, r^T r, and the number of residuals."""
+
+    matrix: Array
+    gradient: Array
+    chi2: float
+    count: int
+
+
+def linearised(
+    shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter], window_s: float, pool: Executor
+) -> Linearised:
+    """By forward differences at the steps of the motion itself.  Raises NoRestError, LostRotorError."""
+    n = shot.count(window_s)
+    model, steps = shot.rotor(values).dm_dt(n, shot.rate_hz)
+    residual = shot.whitened(shot.samples[:, :n] - model)
+
+    def column(p: FreeParameter) -> Array:
+        moved = values.with_numbers({p.name: getattr(values, p.name) + p.step})
+        other, _ = shot.rotor(moved).dm_dt(n, shot.rate_hz, steps)
+        return shot.whitened((other - model) / p.step)
+
+    columns = np.array(list(pool.map(column, free)))
+    return Linearised(columns @ columns.T, columns @ residual, float(residual @ residual), residual.size)
+
+
+def chi2_of(shot: RotorShot, values: RotorValues, window_s: float) -> float:
+    """Sum of squares of the whitened residual.  Raises NoRestError, LostRotorError."""
+    residual = shot.residual(values, window_s)[0]
+    return float(residual @ residual)

@@ -1,0 +1,66 @@
+"""Tuned numbers of the rotor of five degrees of freedom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .tuned import tuned
+
+START = "tests/estimation/rotor_fit/test_fit.py"
+AGREEMENT = "tests/estimation/physics/rigid_rotor/test_rotor.py"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigidRotorThresholds:
+    """How finely its motion is computed, and how it is fitted."""
+
+    first_step: float = tuned(0.1, "samples", "first trial of a step")
+    safety: float = tuned(0.9, "1", "of the step that would just meet the tolerance")
+    shrink: float = tuned(0.2, "1", "least ratio of a step to the one before")
+    grow: float = tuned(5.0, "1", "largest ratio of a step to the one before")
+    failed_error: float = tuned(
+        1e6, "1", "error relative to the tolerance, from which on a step says nothing of the next"
+    )
+    last_step_share: float = tuned(1e-3, "1", "of a step, by which it may be longer to end where it must")
+    shortest_step_s: float = tuned(1e-13, "s", "below which the motion cannot be followed")
+    tolerance: float = tuned(
+        1e-9, "1", "error per step of the swing, of 1 for directions and of omega_nat for speeds", AGREEMENT
+    )
+    side_factor: float = tuned(10.0, "1", "times that for what is not the swing", AGREEMENT)
+    rest_rounds: int = tuned(25, "rounds", "of Newton's method for the position of rest")
+    rest_step: float = tuned(1e-6, "rad", "of its differences")
+    rest_close: float = tuned(1e-11, "rad", "step at which it ends")
+    rest_farthest: float = tuned(
+        0.8, "1", "displacement of the held point over its link, beyond which there is no rest"
+    )
+    creep_spin_rad_per_s: float = tuned(
+        3e-4, "rad/s", "spin below which a jewel's contact creeps: a millionth of the main mode's speed"
+    )
+
+    # Least squares: rotor_fit
+    step_f_nat_hz: float = tuned(1e-5, "Hz", "of the difference for f_nat")
+    step_m_r_am2: float = tuned(1e-7, "A m^2", "of the difference for m_r")
+    step_rad: float = tuned(1e-6, "rad", "of the difference for angles and ratios")
+    step_s: float = tuned(1e-8, "s", "of the difference for the delay")
+    step_per_s: float = tuned(1e-4, "1/s", "of the difference for dampings")
+    step_m: float = tuned(1e-9, "m", "of the difference for a displacement")
+    step_speed_rad_per_s: float = tuned(1e-3, "rad/s", "of the difference for the speed at the start")
+    step_friction_rad_per_s2: float = tuned(1e-2, "rad/s^2", "of the difference for T_f/I")
+    drive_size_sd: float = tuned(0.03, "1", "of the field over the commanded one: transmit calibration and coils")
+    drive_delay_sd_s: float = tuned(1e-4, "s", "of the samples against the drive: filters and gates")
+    drive_lag_s: float = tuned(
+        3e-4, "s", "L/R of Helmholtz pairs of such a size: a sine of whole periods hardly shows it"
+    )
+    start_sd_rad: float = tuned(0.2, "rad", "of the swing that may be left of the shot before")
+    typical_rad_per_s: float = tuned(1300.0, "rad/s", "omega_nat of such a resonator, for the speed of that swing")
+    side_damping_sd_per_s: float = tuned(30.0, "1/s", "how well that is known")
+    friction_coefficient_sd: float = tuned(0.05, "1", "of mu by the materials")
+    damping_from_s: float = tuned(0.15, "s", "window from which on the dampings are free", START)
+    first_window_s: float = tuned(0.05, "s", "of the windows that grow; each is twice the one before")
+    window_growth: float = tuned(2.0, "1", "ratio of a window to the one before")
+    most_steps: int = tuned(40, "steps", "of Gauss-Newton in a window")
+    first_damping: float = tuned(1e-3, "1", "of the step, relative to the diagonal")
+    damping_grows: float = tuned(4.0, "1", "by which it grows after a failure, twice as much after the next one")
+    damping_falls: float = tuned(0.1, "1", "by which it falls at most after a step as good as expected")
+    most_damping: float = tuned(1e8, "1", "at which a window ends")
+    settled_chi2: float = tuned(1.0, "1", "predicted fall of chi^2 at which a window ends")

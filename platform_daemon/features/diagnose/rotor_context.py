@@ -1,0 +1,54 @@
+"""What a recording says of its rotor and its drive, for fits of a rotor with five degrees of freedom."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drivers.specimen import Specimen
+from platform_daemon.core.recordings.recording import Recording
+from platform_daemon.design.equations import magnetic_moment
+from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive, RotorGeometry
+from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
+from platform_daemon.estimation.rotor_fit.shot import RotorContext
+from platform_daemon.features.fit.known_moment import declared_specimen
+
+
+def rotor_context(recording: Recording, frame: int) -> RotorContext | None:
+    """Of one frame; None if the recording declares no resonator, or was not driven by a sine."""
+    info, sequence = recording.frame_info[frame], recording.sequence
+    specimen, drive = declared_specimen(recording), info.excitation
+    if specimen is None or drive is None or drive.waveform != "sine" or not drive.field_t > 0.0:
+        return None
+    step = sequence if info.step is None else info.step
+    direction = np.asarray(drive.axis, dtype=np.float64) / np.linalg.norm(drive.axis)
+    x, y, z = (drive.field_t * direction).tolist()
+    return RotorContext(
+        geometry=rotor_geometry(specimen),
+        drive=CoilDrive(
+            field_t=(x, y, z),
+            frequency_hz=drive.realised_hz,
+            phase_rad=drive.phase_rad,
+            duration_s=step.tx_samples / sequence.rate_hz,
+            rx_start_s=(step.tx_samples + step.switch_samples) / sequence.rate_hz,
+        ),
+        rotation=rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad)),
+        moving=info.shot > 1,
+    )
+
+
+def rotor_geometry(specimen: Specimen) -> RotorGeometry:
+    """By the drawing of a resonator: its magnets and its bearing, not what is measured or wrong about it."""
+    magnets = specimen.magnets
+    link_m = specimen.thread.length_m if specimen.thread else 0.0
+    if specimen.jewel:
+        link_m = specimen.jewel.cup_radius_m - magnets.radius_m
+    return RotorGeometry(
+        bearing=specimen.variant,
+        radius_m=magnets.radius_m,
+        mass_kg=4 / 3 * math.pi * magnets.radius_m**3 * magnets.density_kg_per_m3,
+        stator_moment_am2=magnetic_moment(magnets),
+        link_m=link_m,
+        friction_coefficient=specimen.jewel.friction_coefficient if specimen.jewel else 0.0,
+    )

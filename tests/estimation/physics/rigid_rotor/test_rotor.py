@@ -1,0 +1,88 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from platform_daemon.estimation.physics.rigid_rotor.equations import END, FIELD, PULSATION
+from platform_daemon.estimation.physics.rigid_rotor.rotor import (
+    EMPTY,
+    CoilDrive,
+    LostRotorError,
+    NoRestError,
+    RigidRotor,
+)
+from platform_daemon.estimation.physics.rigid_rotor.swing import swing
+from tests.kit.estimated_rotors import true_rotor
+from tests.kit.rigid_rotor_reference import TINY, Reference
+from tests.kit.rigid_rotors import rigid_specimen
+
+RATE_HZ = 61035.15625
+DRIVE = CoilDrive(field_t=(4e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.3, duration_s=0.03, rx_start_s=0.04)
+DEFECTS = {"thread": {"stator_tilt_rad": 0.02, "rotor_tilt_rad": -0.02}, "jewel": {"stator_tilt_rad": 0.03}}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "rough", "seconds"), [("thread", False, 0.006), ("jewel", True, 0.001)])
+def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds):
+    ours = true_rotor(rigid_specimen(name, [1.0, 4.0, -9.0], defects=DEFECTS[name]), lambda_per_s=0.0)
+    p, field, omega = ours.parameters, np.array([2e-4, 5e-4, -1e-4]), 1330.0
+    tilt = ours.values.bearing_tilt_rad
+    body = ours.values.m_r_am2 * np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
+    other = Reference(
+        name == "jewel", p[1], p[2], p[3], p[4], p[5:8], p[8:11], p[11:14], body, p[15:18],
+        friction=tuple(p[[20, 21, 22, 23]]) if rough else None, field=(field, omega),
+    )  # fmt: skip
+    start = np.array([0.0, 0.0, 0.02, -0.03, 0.6])
+    end = solve_ivp(
+        lambda t, y: np.concatenate([y[5:], other.acceleration(t, y[:5], y[5:])]),
+        (0.0, seconds), np.concatenate([start, np.zeros(5)]), method="DOP853", rtol=1e-9, atol=1e-10,
+    ).y[:, -1]  # fmt: skip
+    rate = sum(end[5 + k] * other.moment(end[:5] + TINY * 1j * np.eye(5)[k]).imag / TINY for k in range(5))
+    y, drive, out = np.zeros(13), np.zeros(7), np.zeros((1, 3))
+    y[4:7] = other.moment(start) / ours.values.m_r_am2
+    y[7:10] = other.rotation(start)[:, 2] if name == "thread" else 0.0
+    drive[FIELD : FIELD + 3], drive[PULSATION], drive[END] = field, omega, seconds
+    swing(y, p, drive, seconds, 1.0, ours.tolerances(), EMPTY, out)
+    assert out[0] * ours.values.m_r_am2 == pytest.approx(rate, abs=1e-6 * np.linalg.norm(rate))
+
+
+def test_a_rotor_at_rest_in_its_own_tilted_place_stays_there():
+    specimen = rigid_specimen("jewel", [3.0, 0.0, -9.0], defects={"jewel_tilt_rad": 0.05})
+    still = replace(DRIVE, field_t=(0.0, 0.0, 0.0))
+    rotor = true_rotor(specimen, still)
+    assert np.abs(rotor.rest()[:2]).max() > 1e-3
+    assert np.abs(rotor.dm_dt(200, 2000.0)[0]).max() < 1e-7
+
+
+def test_neighbours_at_the_same_steps_differ_smoothly():
+    """Central differences of two sizes agree to their order, which noise of the choice of steps would hide."""
+    specimen = rigid_specimen("jewel", [0.0, 0.0, -9.81], 2.0, defects={"stator_tilt_rad": 0.03})
+    rotor = true_rotor(specimen, DRIVE)
+    _, steps = rotor.dm_dt(1000, RATE_HZ)
+
+    def slope(h):
+        low, high = (
+            RigidRotor(rotor.geometry, replace(rotor.values, stator_tilt_rad=0.03 + s * h), DRIVE).dm_dt(
+                1000, RATE_HZ, steps
+            )[0]
+            for s in (-1, 1)
+        )
+        return (high - low) / (2 * h)
+
+    coarse, fine = slope(1e-5), slope(1e-6)
+    assert np.abs(coarse - fine).max() < 1e-4 * np.abs(fine).max()
+
+
+def test_contact_radius_and_distance_follow_from_what_is_measured():
+    rotor = true_rotor(rigid_specimen("jewel"))
+    assert rotor.distance_m == pytest.approx(4.622e-3, abs=2e-6)
+    assert rotor.contact_radius_m == pytest.approx(11.9e-6, rel=0.01)
+
+
+def test_a_rotor_that_balances_nowhere_and_one_that_cannot_be_followed_say_so():
+    rotor = true_rotor(rigid_specimen("jewel"), DRIVE)
+    with pytest.raises(NoRestError, match="balance nowhere"):
+        RigidRotor(rotor.geometry, replace(rotor.values, stator_tilt_rad=1.5), DRIVE).rest()
+    with pytest.raises(LostRotorError, match="cannot be followed"):
+        RigidRotor(rotor.geometry, replace(rotor.values, lambda_per_s=1e30), DRIVE).dm_dt(10, RATE_HZ)

@@ -1,0 +1,69 @@
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
+from platform_daemon.estimation.rotor_fit.fit import RotorFitError, fit_rotor
+from platform_daemon.estimation.rotor_fit.parameters import free_parameters
+from platform_daemon.estimation.rotor_fit.shot import RotorShot
+from tests.kit.estimated_rotors import true_rotor
+from tests.kit.rigid_rotors import rigid_specimen
+
+RATE_HZ, SAMPLES = 12000.0, 1800
+DRIVE = CoilDrive(field_t=(2.15e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=0.047, rx_start_s=0.058)
+SD = np.array([14e-3, 21e-3, 55e-3])
+
+
+@pytest.fixture
+def pool():
+    with ThreadPoolExecutor(2) as made:
+        yield made
+
+
+def tilted(seed, **values):
+    """A thread's shot with a stator tilted by 0.01 rad, and what it was made with."""
+    specimen = rigid_specimen("thread", [0.0, 0.0, -9.81], 22.0, defects={"stator_tilt_rad": 0.01})
+    rotor = true_rotor(specimen, DRIVE, **values)
+    noise = np.random.default_rng(seed).normal(size=(3, SAMPLES)) * SD[:, None]
+    samples = rotor.dm_dt(SAMPLES, RATE_HZ)[0] + noise
+    shot = RotorShot(samples=samples, rate_hz=RATE_HZ, sd=SD, geometry=rotor.geometry, drive=DRIVE, values=rotor.values)
+    return shot, rotor.values
+
+
+def begun(shot, truth, **other):
+    start = replace(truth, f_nat_hz=truth.f_nat_hz + 0.2, m_r_am2=0.99 * truth.m_r_am2, side_damping_per_s=5.0)
+    return replace(shot, values=replace(start, stator_tilt_rad=0.02, turn_v_rad=0.0, **other))
+
+
+@pytest.mark.long
+def test_two_shots_together_tell_the_tilt_and_their_own_values_from_a_start_far_off(pool):
+    one, truth = tilted(1)
+    two, other = tilted(2, f_nat_hz=215.72)
+    found = fit_rotor([begun(one, truth), begun(two, other)], "stator_tilt_rad", pool)
+    value, std = found.strength
+    assert abs(value - 0.01) < 4 * std < 0.004
+    assert found.chi2_per_dof == pytest.approx(1.0, abs=0.05)
+    for values, errors, wanted in zip(found.values, found.std, (truth, other), strict=True):
+        for name in ("f_nat_hz", "m_r_am2", "lambda_per_s"):
+            assert abs(getattr(values, name) - getattr(wanted, name)) < 4 * errors[name], name
+    assert found.values[0].lambda_per_s == found.values[1].lambda_per_s
+    assert [window for window, _ in found.stages] == sorted(window for window, _ in found.stages)
+
+
+def test_a_start_beyond_any_rotor_is_refused_in_words(pool):
+    shot, truth = tilted(3)
+    with pytest.raises(RotorFitError, match=r"balance nowhere|cannot be followed"):
+        fit_rotor([replace(shot, values=replace(truth, stator_tilt_rad=1.5))], "stator_tilt_rad", pool)
+
+
+def test_a_thread_has_no_friction_and_a_shot_after_another_has_its_swing():
+    shot, _ = tilted(4)
+    names = [p.name for p in free_parameters(shot.geometry, "bearing_tilt_rad", moving=True)]
+    assert "friction_coefficient" not in names
+    assert {"bearing_tilt_rad", "start_angle_rad", "start_speed_rad_per_s"} <= set(names)
+    jewel = replace(shot.geometry, bearing="jewel")
+    assert {"friction_coefficient", "tf_over_i_rad_per_s2"} <= {
+        p.name for p in free_parameters(jewel, None, moving=False)
+    }
