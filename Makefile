@@ -196,7 +196,7 @@ accuracy: install
 evidence: install
 	$(BIN)/python -m tests.evidence
 
-# The notebooks with their outputs in docs/notebooks, where the site takes them from; `make notebooks NOTEBOOKS=own-term.ipynb` runs one.
+# The notebooks with their outputs in docs/notebooks, where the site takes them from; `make notebooks NOTEBOOKS='--only own-term.ipynb'` runs one.
 notebooks: install
 	$(BIN)/python -m tests.testing.notebooks $(NOTEBOOKS)
 
