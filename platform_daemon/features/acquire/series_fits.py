@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from functools import partial
 from pathlib import Path
@@ -44,6 +45,7 @@ class SeriesFits:
         self._calibration, self._tell = calibration, tell
         self._window = plan.request.window
         self.frames: list[Future[FrameFit] | str] = []
+        self._without_fit: list[Future[FrameFit]] = []  # harmonics, and the noise of blank shots
         self._fits: dict[int, bytes] = {}  # by frame
         self._noise: bytes | None = None
 
@@ -58,16 +60,29 @@ class SeriesFits:
         if blank:
             self.frames.append("no on-line fit was requested" if self._window is None else BLANK)
             if self._window is not None:
-                self._turns.submit(work).add_done_callback(_complain)
+                self._begin_without_fit(work)
         elif self._window is None:
             self.frames.append("no on-line fit was requested")
-            self._turns.submit(work).add_done_callback(_complain)
+            self._begin_without_fit(work)
         else:
             self.frames.append(self._turns.submit(work))
 
+    def _begin_without_fit(self, work: Callable[[], FrameFit]) -> None:
+        begun = self._turns.submit(work)
+        begun.add_done_callback(_complain)
+        self._without_fit.append(begun)
+
     def outcomes(self, shots: int) -> list[FrameFit | str]:
-        """The fit of each of the first shots, or why there is none; waits for them."""
-        return [fit if isinstance(fit, str) else _outcome(k, fit) for k, fit in enumerate(self.frames[:shots])]
+        """The fit of each of the first shots, or why there is none; waits for them.
+
+        What still waits for its turn without a fit is cancelled: the files of the shots will be put together, and it
+        would not find them.
+        """
+        found = [fit if isinstance(fit, str) else _outcome(k, fit) for k, fit in enumerate(self.frames[:shots])]
+        for each in self._without_fit:
+            if not each.cancel():
+                each.exception()  # waits for the one that is being made
+        return found
 
     def together(self, file: str, outcomes: list[FrameFit | str]) -> tuple[FitTable, FitReport] | None:
         """Table and report of a recording; None: no fit was requested.  Raises what the executor raises."""
