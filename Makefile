@@ -198,7 +198,7 @@ evidence: install
 
 # The notebooks with their outputs in docs/notebooks, where the site takes them from; `make notebooks NOTEBOOKS='--only own-term.ipynb'` runs one.
 notebooks: install
-	$(BIN)/python -m tests.testing.notebooks $(NOTEBOOKS)
+	$(BIN)/python -m tests.testing.write_notebooks $(NOTEBOOKS)
 
 # The pages of docs and the docstrings of the public interfaces as a web site in build/site; needs no network.
 site: install .venv/.docs

@@ -3,7 +3,7 @@
 import nbformat
 import pytest
 
-from tests.testing.notebooks import EXAMPLES, SHOWN, executed, names
+from tests.kit.notebooks import EXAMPLES, SHOWN, executed, names
 
 
 def cells(folder, name):

@@ -1,5 +1,7 @@
 """Own resonators and sequences: added over REST, versioned, and used by name."""
 
+import uuid
+
 import pytest
 
 from platform_daemon.core.hardware.catalogue import open_catalogue, to_toml
@@ -15,24 +17,25 @@ def specimen():
 
 
 def test_a_resonator_is_kept_in_versions_and_measured_by_name(client, specimen):
-    first = client.post("/resonators", params={"name": "j03"}, json=specimen)
-    assert (first.status_code, first.json()) == (201, {"name": "j03", "version": 1, "label": "j03@1"})
+    key = f"j{uuid.uuid4().hex[:8]}"  # a second attempt meets the catalogue of the first
+    first = client.post("/resonators", params={"name": key}, json=specimen)
+    assert (first.status_code, first.json()) == (201, {"name": key, "version": 1, "label": f"{key}@1"})
     specimen["measured"]["f_nat_hz"] = 199.5
-    second = client.post("/resonators", params={"name": "j03"}, json=specimen)
-    assert second.headers["location"] == "/resonators/j03@2"
-    assert client.get("/resonators/j03").json()["measured"]["f_nat_hz"] == 199.5
-    assert client.get("/resonators/j03@1").json()["measured"]["f_nat_hz"] == 213.25
-    assert {"jewel", "thread", "j03", "j03@1", "j03@2"} <= {
+    second = client.post("/resonators", params={"name": key}, json=specimen)
+    assert second.headers["location"] == f"/resonators/{key}@2"
+    assert client.get(f"/resonators/{key}").json()["measured"]["f_nat_hz"] == 199.5
+    assert client.get(f"/resonators/{key}@1").json()["measured"]["f_nat_hz"] == 213.25
+    assert {"jewel", "thread", key, f"{key}@1", f"{key}@2"} <= {
         each["id"] for each in client.get("/resonators").json()["items"]
     }
-    body = {"resonator": "j03", "sequence": {"rx_s": 0.6}}
+    body = {"resonator": key, "sequence": {"rx_s": 0.6}}
     assert client.post("/acquisitions/dry-run", json=body).json()["resonator"] == specimen["name"]
-    expected = client.post("/predict", json={"resonator": "j03", "windows": ["n50"]}).json()["expected"]
+    expected = client.post("/predict", json={"resonator": key, "windows": ["n50"]}).json()["expected"]
     assert expected["f_nat_hz"] == pytest.approx(199.5)
     job = finished(client, client.post("/acquisitions", json=body).headers["location"])
     assert job["state"] == "done", job["error"]
     text = open_recording(client.folder.recordings / job["result"]["file"]).configuration_toml()
-    assert "# j03@2, added" in text
+    assert f"# {key}@2, added" in text
 
 
 def test_a_sequence_is_kept_in_versions_and_used_as_a_preset(client):

@@ -1,15 +1,9 @@
-"""The notebooks of the examples with their outputs, as the site shows them.
-
-python -m tests.testing.notebooks        runs all of them, and writes docs/notebooks
-"""
+"""The notebooks of the examples with their outputs, as the site shows them."""
 
 from __future__ import annotations
 
-import argparse
 import base64
 import io
-import sys
-import tempfile
 from pathlib import Path
 
 import nbformat
@@ -58,20 +52,3 @@ def _in_few_colours(png: str) -> str:
     picture = Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB")
     picture.quantize(_COLOURS).save(smaller, "PNG", optimize=True)
     return base64.b64encode(smaller.getvalue()).decode()
-
-
-def main() -> int:
-    """By hand."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", action="append", help="name of a file in examples/notebooks; may be repeated")
-    chosen = parser.parse_args().only or names()
-    SHOWN.mkdir(exist_ok=True)
-    for name in chosen:
-        with tempfile.TemporaryDirectory() as folder:
-            nbformat.write(executed(name, Path(folder)), SHOWN / name)
-        print(f"{name}: {(SHOWN / name).stat().st_size / 1e3:.0f} kB", flush=True)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
