@@ -83,7 +83,7 @@ def test_the_highest_priority_begins_first_and_can_be_changed_while_it_waits(dae
     assert told["calibrations"]["request"]["priority"] == 1
     problem(daemon.post("/acquisitions", {**SHORT_JEWEL, "priority": 101}), 422)
     within = {**SWEEP, "acquisition": {**SHORT_JEWEL, "priority": 5}}
-    assert "beside" in problem(daemon.post("/procedures", within), 422)["detail"]
+    assert "next to" in problem(daemon.post("/procedures", within), 422)["detail"]
     assert daemon.post("/platform/queue", {"priority": {a: 5}}).json()["queued"] == [a, s, c, p]
     assert daemon.post("/platform/queue", {"order": [p]}).json()["queued"] == [p, a, s, c]
     assert daemon.put(f"/self-tests/{s}", {"priority": 50}).json()["priority"] == 50
