@@ -347,8 +347,8 @@ def with_lag(
     if abs(lag) > 0.98 * longest:
         remedy = "allow a longer lag, or check the time zone and the clock of the reference"
         raise InputError(f"the lag of the reference is {longest:g} s or more", where="reference", remedy=remedy)
-    found = fit_curve(curve, points_at(lag))
     points = points_at(lag)
+    found = fit_curve(curve, points)
     by_lag = (points_at(lag + 0.01 * step).x - points_at(lag - 0.01 * step).x) / (0.02 * step)
     found, u_lag = _with_lag_column(found, points, by_lag)
     return found, points, lag, u_lag

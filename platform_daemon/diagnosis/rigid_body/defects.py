@@ -17,11 +17,12 @@ from platform_daemon.estimation.least_squares.observation_model import DipoleObs
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U, rodrigues_from_rotation
-from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor
-from platform_daemon.estimation.rotor_fit.parameters import Defect
+from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor, longest_s
+from platform_daemon.estimation.rotor_fit.parameters import Defect, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 
 _LIMITS = THRESHOLDS.rigid_body
+_TILT: Defect = "stator_tilt_rad"  # the one that is searched; what acts alike is looked for beside it
 _ROTOR_SOURCE = "manufacturing (paper, sec. ssec:types_of_manufacturing_errors)"
 
 
@@ -114,22 +115,23 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
     if not shots:
         return None
     try:
-        first = _alone(shots[0], "stator_tilt_rad", pool)
+        first = _alone(shots[0], pool)
         fits = [first, *(_like(shot, shots[0], first, pool) for shot in shots[1:])]
         held_out = _held_out(fits)
         start = [replace(f.shots[0], values=f.values[0]) for f in fits]
         fit = first if len(fits) == 1 else _together(start, pool)
+        strength, std = fit.strength
+        if not fit.chi2_per_dof < _LIMITS.explained_chi2_per_dof or not abs(strength) > _LIMITS.sure_sigma * std:
+            return None
+        alike = _alike(shots[0], first, pool)
     except RotorFitError:
-        return None
-    strength, std = fit.strength
-    if not fit.chi2_per_dof < _LIMITS.explained_chi2_per_dof or not abs(strength) > _LIMITS.sure_sigma * std:
         return None
     bearing = shots[0].geometry.bearing
     return ManufacturingError(
-        effect=effect_of("stator_tilt_rad", bearing),
+        effect=effect_of(_TILT, bearing),
         strength=strength,
         std=std,
-        alike=tuple(effect_of(d, bearing) for d in _alike(shots[0], first, pool)),
+        alike=tuple(effect_of(d, bearing) for d in alike),
         fit=fit,
         held_out=held_out,
         before_chi2=base.chi2,
@@ -177,22 +179,21 @@ def _rotor_shots(base: JointFit) -> list[RotorShot]:
     return shots
 
 
-def _alone(shot: RotorShot, defect: Defect, pool: Executor) -> RotorFit:
-    """One shot from the start, by the sign of the defect that a short window prefers.  Raises RotorFitError."""
-    size = _LIMITS.start_m if defect == "lateral_displacement_m" else _LIMITS.start_rad
+def _alone(shot: RotorShot, pool: Executor) -> RotorFit:
+    """One shot from the start, by the sign of the tilt that a short window prefers.  Raises RotorFitError."""
     n = shot.count(_LIMITS.sign_window_s)
     tried = []
     for sign in (1.0, -1.0):
-        begun = replace(shot, values=shot.values.with_numbers({defect: sign * size}))
+        begun = replace(shot, values=shot.values.with_numbers({_TILT: sign * _LIMITS.start_rad}))
         try:
-            tried.append(fit_rotor([replace(begun, samples=shot.samples[:, :n])], defect, pool, whole=False))
+            tried.append(fit_rotor([replace(begun, samples=shot.samples[:, :n])], _TILT, pool, whole=False))
         except RotorFitError:
             continue
     if not tried:
         raise RotorFitError("a short window finds no rotor")
     best = min(tried, key=lambda f: sum(f.chi2))
     begun = replace(shot, values=best.values[0])
-    return fit_rotor([begun], defect, pool, first_window_s=2.0 * _LIMITS.sign_window_s)
+    return fit_rotor([begun], _TILT, pool, first_window_s=2.0 * _LIMITS.sign_window_s)
 
 
 def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) -> RotorFit:
@@ -208,23 +209,13 @@ def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) ->
     if other.values.tf_over_i_rad_per_s2 > 0.0 and v.tf_over_i_rad_per_s2 > 0.0:
         ratio = there.tf_over_i_rad_per_s2 / other.values.tf_over_i_rad_per_s2
         values = replace(values, tf_over_i_rad_per_s2=v.tf_over_i_rad_per_s2 * ratio)
-    return fit_rotor([replace(shot, values=values)], found.defect, pool, held=COMMON)
-
-
-COMMON = (
-    "lambda_per_s",
-    "side_damping_per_s",
-    "stator_tilt_rad",
-    "bearing_tilt_rad",
-    "lateral_displacement_m",
-    "friction_coefficient",
-)
+    common = [p.name for p in free_parameters(shot.geometry, found.defect, moving=shot.moving) if p.common]
+    return fit_rotor([replace(shot, values=values)], found.defect, pool, held=common)
 
 
 def _together(shots: Sequence[RotorShot], pool: Executor) -> RotorFit:
     """All shots over their whole windows.  Raises RotorFitError."""
-    longest = max(s.samples.shape[1] / s.rate_hz for s in shots)
-    return fit_rotor(shots, "stator_tilt_rad", pool, first_window_s=longest)
+    return fit_rotor(shots, _TILT, pool, first_window_s=longest_s(shots))
 
 
 def _held_out(fits: Sequence[RotorFit]) -> HeldOutRotor:
@@ -263,11 +254,11 @@ def _alike(shot: RotorShot, found: RotorFit, pool: Executor) -> list[Defect]:
     values = found.values[0]
     rivals: list[Defect] = ["bearing_tilt_rad", "lateral_displacement_m"]
     alike: list[Defect] = []
-    best = fit_rotor([replace(short, values=values)], "stator_tilt_rad", pool, first_window_s=_LIMITS.rival_window_s)
+    best = fit_rotor([replace(short, values=values)], _TILT, pool, first_window_s=_LIMITS.rival_window_s)
     for rival in rivals:
         size = _LIMITS.start_m if rival == "lateral_displacement_m" else _LIMITS.start_rad
         for sign in (1.0, -1.0):
-            begun = values.with_numbers({"stator_tilt_rad": 0.0, "turn_v_rad": 0.0, rival: sign * size})
+            begun = values.with_numbers({_TILT: 0.0, "turn_v_rad": 0.0, rival: sign * size})
             try:
                 other = fit_rotor([replace(short, values=begun)], rival, pool)
             except RotorFitError:

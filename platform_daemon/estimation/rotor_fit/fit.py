@@ -183,7 +183,10 @@ def _settled(
         total = sum(chi2) + known
         moved, fall = False, 0.0
         while damping < LIMITS.most_damping:
-            step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), gradient)
+            try:
+                step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), gradient)
+            except np.linalg.LinAlgError:
+                raise RotorFitError("the shots do not determine the rotor's parameters") from None
             expected = float(2.0 * gradient @ step - step @ matrix @ step)
             if expected < LIMITS.settled_chi2 and damping <= LIMITS.first_damping:
                 break

@@ -45,7 +45,7 @@ class SeriesFits:
         self._calibration, self._tell = calibration, tell
         self._window = plan.request.window
         self.frames: list[Future[FrameFit] | str] = []
-        self._without_fit: list[Future[FrameFit]] = []  # harmonics, and the noise of blank shots
+        self._without_fit: set[Future[FrameFit]] = set()  # harmonics, and the noise of blank shots, not yet done
         self._fits: dict[int, bytes] = {}  # by frame
         self._noise: bytes | None = None
 
@@ -69,8 +69,9 @@ class SeriesFits:
 
     def _begin_without_fit(self, work: Callable[[], FrameFit]) -> None:
         begun = self._turns.submit(work)
+        self._without_fit.add(begun)
         begun.add_done_callback(_complain)
-        self._without_fit.append(begun)
+        begun.add_done_callback(self._without_fit.discard)
 
     def outcomes(self, shots: int) -> list[FrameFit | str]:
         """The fit of each of the first shots, or why there is none; waits for them.
@@ -79,7 +80,7 @@ class SeriesFits:
         would not find them.
         """
         found = [fit if isinstance(fit, str) else _outcome(k, fit) for k, fit in enumerate(self.frames[:shots])]
-        for each in self._without_fit:
+        for each in tuple(self._without_fit):
             if not each.cancel():
                 each.exception()  # waits for the one that is being made
         return found
