@@ -14,7 +14,11 @@ from drivers.serial_line.wire import SerialWire
 
 LONGEST = 4096
 GREETING_S = 0.1
-"""How long a new connection is waited on for a greeting; one that comes later is taken for an answer, and refused."""
+"""How long a new connection is waited on for a greeting; one that comes later is taken for an answer, and refused.
+
+A device sends it as soon as it accepts, so it takes one way through the laboratory's network, below 1 ms, and the time
+that its firmware needs; a start makes a handful of connections, and each that has no greeting waits so long.
+"""
 
 
 def open_wire(table: DeviceTable) -> Wire:

@@ -6,9 +6,14 @@ import socket
 import threading
 import warnings
 
+import structlog
+
+from drivers.errors import PlatformError
 from platform_daemon.core.hardware.catalogue import open_catalogue
 from platform_daemon.core.hardware.latency import reduce_latency
+from platform_daemon.core.jobs.workers.bounds import TaskCancelled
 from platform_daemon.core.jobs.workers.limits import WorkerLimits
+from platform_daemon.core.jobs.workers.task_executor import TaskExecutor, ignore_progress
 from platform_daemon.core.recordings.data_folder import data_paths
 from platform_daemon.core.service.analysis_keeper import AnalysisKeeper
 from platform_daemon.core.service.proxy import PlatformServiceProxy
@@ -17,6 +22,7 @@ from platform_daemon.core.state.logs import LOGS, keep_log
 from platform_daemon.core.web.network.http_server import running_server
 from platform_daemon.core.web.server import create_api
 from platform_daemon.features.alarms.caller import Caller
+from platform_daemon.features.fit.online import Warmth
 from platform_daemon.features.tune.presets import TunedPresets
 
 from .assembly import create_context
@@ -25,8 +31,9 @@ from .options import ServeOptions
 from .process import lower_priority
 from .rules import rules_for
 
+log = structlog.get_logger()
 _NICE = 5
-_PICTURES_AFTER_S = 5.0  # matplotlib takes a second of a processor, which the start of the other processes needs first
+_PICTURES_AFTER_S = 15.0  # it takes four seconds of a processor, which the first shot may need
 # FastAPI passes pydantic an alias that has no effect; on the terminal the warning would worry users.
 _NOISE = "The 'alias' attribute with value 'body'"
 
@@ -57,7 +64,7 @@ def run_web(options: ServeOptions, parent: ParentLink, sockets: tuple[int, ...])
         max_connections=network.limits.connections,
     ) as server:
         keeper = AnalysisKeeper(context.analyses)
-        pictures = threading.Timer(_PICTURES_AFTER_S, _prepare_pictures)
+        pictures = threading.Timer(_PICTURES_AFTER_S, _prepare_pictures, (context.executor,))
         pictures.name, pictures.daemon = "pictures", True
         try:
             reduce_latency()  # trends of many shots are computed in threads of this process
@@ -71,8 +78,12 @@ def run_web(options: ServeOptions, parent: ParentLink, sockets: tuple[int, ...])
             events.close()
 
 
-def _prepare_pictures() -> None:
-    """Load matplotlib while nobody waits for it; the daemon answers meanwhile."""
+def _prepare_pictures(executor: TaskExecutor) -> None:
+    """Load what the first picture needs while nobody waits for it: matplotlib here, kernels where fits are computed."""
     from platform_daemon.features.fit.ring_down_figure import prepare_pictures
 
     prepare_pictures()
+    try:
+        executor.run("planning", Warmth(loads_only=True), ignore_progress, threading.Event())
+    except (PlatformError, TaskCancelled) as error:  # the first picture takes longer then, or says why there is none
+        log.warning("pictures_not_prepared", error=str(error))

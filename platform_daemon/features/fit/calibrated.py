@@ -18,7 +18,12 @@ from platform_daemon.estimation.screening.clipping import Clipping, find_clippin
 from platform_daemon.estimation.sensitivity import CalibrationError
 
 _STOPPED_SHARE = 0.01
-"""Of the samples; the noise of a converter repeats a value in all channels for some samples at most."""
+"""Of the samples: how many at the end may be equal in all channels before this is told.
+
+Noise of a standard deviation of 0.3 codes, in the middle of a code, stays in it with a probability of 0.904; in three
+channels for 1 % of 10^4 samples that is 0.904^300 = 7e-14.  A shorter end would be told of quiet recordings that are
+whole, a longer one loses as much of the window.
+"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -151,10 +151,15 @@ class SeriesTable:
 
 @dataclass(frozen=True)
 class Warmth:
-    """Compiles or loads the estimator's kernels.  A task of the task executor."""
+    """Compiles or loads the estimator's kernels.  A task of the task executor.
+
+    loads_only: nothing is done where they would have to be compiled, as another process does that already.
+    """
+
+    loads_only: bool = False
 
     def __call__(self, tell: Callable[[float, str], None]) -> float:
         """Seconds that it took."""
-        from platform_daemon.estimation.compilation import warm_up
+        from platform_daemon.estimation.compilation import is_compiled, warm_up
 
-        return warm_up()
+        return 0.0 if self.loads_only and not is_compiled() else warm_up()

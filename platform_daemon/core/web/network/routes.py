@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import difflib
-from collections.abc import Callable, Collection, Coroutine, Iterable
+from collections.abc import Callable, Coroutine, Iterable, Mapping
 from contextlib import AsyncExitStack
 from typing import Any
 
 from fastapi import params
-from fastapi.dependencies.utils import get_flat_params
+from fastapi.dependencies.utils import field_annotation_is_sequence, get_flat_params
 from fastapi.routing import APIRoute
 from starlette.datastructures import QueryParams
 from starlette.requests import ClientDisconnect, Request
@@ -67,7 +67,7 @@ def may_still(request: Request) -> bool:
     return True
 
 
-async def _answer(request: Request, name: str, access: Access, handler: Handler, keys: Collection[str]) -> Response:
+async def _answer(request: Request, name: str, access: Access, handler: Handler, keys: Mapping[str, bool]) -> Response:
     """Check a request and answer it.  Raises what the checks and the handler raise.
 
     A slot for work is free again once the handler has returned, one for a download only once the response is sent.
@@ -99,20 +99,30 @@ async def _answer(request: Request, name: str, access: Access, handler: Handler,
         return response if access.takes is not Takes.DOWNLOAD else _HeldResponse(response, until_sent.pop_all())
 
 
-def query_keys(route: APIRoute) -> frozenset[str]:
-    """The keys that a route and its dependencies take."""
-    return frozenset(f.alias for f in get_flat_params(route.dependant) if isinstance(f.field_info, params.Query))
+def query_keys(route: APIRoute) -> dict[str, bool]:
+    """The keys that a route and its dependencies take; True: it may be given several times, which makes a list."""
+    keys = [f for f in get_flat_params(route.dependant) if isinstance(f.field_info, params.Query)]
+    return {f.alias: field_annotation_is_sequence(f.field_info.annotation) for f in keys}
 
 
-def check_query(query: QueryParams, known: Collection[str]) -> None:
-    """Raises InputError for the first unknown key."""
+def check_query(query: QueryParams, known: Mapping[str, bool]) -> None:
+    """Raises InputError for the first unknown key, and for one that is given twice but takes one value."""
     unknown = next((key for key in query if key not in known), None)
     if unknown is None:
+        _refuse_second_value(query, known)
         return
     near = difflib.get_close_matches(unknown, known, 1)
     there = f"this path takes {', '.join(sorted(known))}" if known else "this path takes none"
     remedy = f"say {near[0]}" if near else "leave it out; /docs shows what each path takes"
     raise InputError(f"no key of the query is called {unknown[:100]!r}", where="query", why=there, remedy=remedy)
+
+
+def _refuse_second_value(query: QueryParams, known: Mapping[str, bool]) -> None:
+    for key in query:
+        values = query.getlist(key)
+        if len(values) > 1 and not known[key]:
+            why = f"{' and '.join(repr(value[:40]) for value in values[:2])}: only one of them would count"
+            raise InputError("a key of the query is given twice", where=key, why=why, remedy="give it once")
 
 
 async def _record(name: str, line: Coroutine[Any, Any, None]) -> None:
