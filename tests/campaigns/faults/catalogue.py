@@ -44,10 +44,16 @@ class Site:
 
 @dataclass(frozen=True)
 class Expected:
-    """Outcome, and a pattern of which the error or reason must contain a match."""
+    """Outcome, and a pattern of which the error or reason must contain a match; before_more: the outcome if another
+    shot was to follow, None: the same."""
 
     outcome: Outcome
     words: str = ""
+    before_more: Outcome | None = None
+
+    def of_shot(self, *, last: bool) -> Outcome:
+        """The outcome if the fault strikes in the last shot or in one before it."""
+        return self.outcome if last or self.before_more is None else self.before_more
 
 
 @dataclass(frozen=True)
@@ -108,7 +114,8 @@ SWITCH_SITES = (
     Site("identify", ("TIM?", "FOLLOW", "POS?"), early=True),
     Site("arm", ("POS?",), when="idle"),
     Site("RX", ("POS?",), when="shot"),
-    Site("readout", ("MOVE?", "POS?"), when="after_shot"),
+    Site("readout", ("MOVE?",), when="after_shot"),
+    Site("proof of off", ("POS?",), when="after_shot"),
     Site("idle", ("*IDN?", "POS?"), when="idle"),
     Site("self-test", ("POS?",), when="shot"),
 )
@@ -126,7 +133,8 @@ AMPLIFIER_SITES = (
     Site("connect", ("*IDN?",), early=True),
     Site("identify", ("OUTP?",), early=True),
     Site("arm", ("SYST:ERR?", "STAT:FAULT?", "OUTP?"), when="idle"),
-    Site("switch-over", ("STAT:CLIP?", "SYST:TEMP?", "OUTP:MUTE?", "OUTP?"), when="shot"),
+    Site("switch-over", ("STAT:CLIP?", "OUTP:MUTE?", "OUTP?"), when="shot"),
+    Site("temperature", ("SYST:TEMP?",), when="shot"),
     Site("readout", ("OUTP?",), when="after_shot"),
     Site("idle", ("*IDN?", "SYST:TEMP?", "STAT:CLIP?"), when="idle"),
     Site("self-test", ("STAT:CLIP?", "OUTP?"), when="shot"),
@@ -138,9 +146,11 @@ def cells() -> list[Cell]:
     return [*_card_cells(), *_stream_cells(), *_controller_cells(), *_reconnect_cells(), *_world_cells()]
 
 
-def _wire(device: str, kind: str, site: Site, outcome: Outcome, part: str = "") -> Cell:
+def _wire(
+    device: str, kind: str, site: Site, outcome: Outcome, part: str = "", before_more: Outcome | None = None
+) -> Cell:
     words = "" if outcome is Outcome.VALID else WORDS[kind]
-    return Cell(device, kind, site, Expected(outcome, words), part=part)
+    return Cell(device, kind, site, Expected(outcome, words, before_more), part=part)
 
 
 def _card_cells() -> list[Cell]:
@@ -195,7 +205,8 @@ def _controller_cells() -> list[Cell]:
     """Serial switch, LNA, amplifier over USB: an exchange that failed is opened again by the next one.
 
     Switch and LNA are queried after the samples are there: one that does not answer makes the shot doubtful, so that it
-    is refused, and a tone of the self-test, so that it is tried twice.
+    is refused, and a tone of the self-test, so that it is tried twice.  The next shot of an LNA that stays dead is not
+    begun.  What the amplifier says of its temperature decides nothing.
     """
     once = {
         "connect": Outcome.NO_START,
@@ -218,8 +229,12 @@ def _controller_cells() -> list[Cell]:
             lost = once.get(site.phase, Outcome.STOPPED)
             dead = {"idle": Outcome.BEFORE_POWER, "status in RX": Outcome.STOPPED}.get(site.phase, lost)
             lost, dead = after_samples.get((device, site.phase), (lost, dead))
-            found += [_wire(device, kind, site, lost) for kind in LOST]
-            found += [_wire(device, kind, site, dead) for kind in DEAD]
+            outcomes = {**dict.fromkeys(LOST, lost), **dict.fromkeys(DEAD, dead)}
+            if site.phase == "temperature":
+                outcomes |= dict.fromkeys(("timeout", "garbage", "half_reply"), Outcome.VALID)
+            for kind, outcome in outcomes.items():
+                ends = device == LNA and outcome is Outcome.SHOT_REFUSED and kind in DEAD
+                found.append(_wire(device, kind, site, outcome, before_more=Outcome.BEFORE_POWER if ends else None))
             found.append(_wire(device, SLOW, site, Outcome.VALID))
     return found
 

@@ -27,7 +27,8 @@ the world's converters recorded; that the daemon lives and that the clean shot i
 reach the coils: {off:.3f} s. From asking until the daemon had reported: {median:.1f} s (median), {longest:.0f} s
 (longest: a dead link is tried again before its device is called missing or the outputs unconfirmed). {late} trials
 were repeated because the computer had let the process stand still for 0.25 s or more, or had not come to see the
-receiver connected within the RX window of 0.6 s, which refuses a shot by itself.
+receiver connected within the RX window of 0.6 s, which refuses a shot by itself. Where a dead LNA makes a shot
+doubtful that another was to follow, "shot refused" means that the next one is refused before it is energised, too.
 """
 
 LEGEND = """## Outcomes

@@ -36,6 +36,11 @@ class Fault:
     wire: dict[str, Any] = field(default_factory=dict)
     write: tuple[int, int] | None = None
 
+    @property
+    def outcome(self) -> Outcome:
+        """What is expected."""
+        return self.cell.expected.of_shot(last=self.shot == SHOTS)
+
 
 @dataclass
 class Seen:
@@ -181,8 +186,8 @@ def _power_after(bench: Bench, struck: list[float], shot: int | None = None) -> 
 
 def _judge(fault: Fault, seen: Seen) -> None:
     wanted = fault.cell.expected
-    if seen.outcome != wanted.outcome:
-        seen.complaints.append(f"expected: {wanted.outcome}; seen: {seen.outcome} {seen.text[:300]}")
+    if seen.outcome != fault.outcome:
+        seen.complaints.append(f"expected: {fault.outcome}; seen: {seen.outcome} {seen.text[:300]}")
     elif not re.search(wanted.words, seen.text):
         seen.complaints.append(f"expected {wanted.words!r} in {seen.text[:300]!r}")
     if seen.off_s > OFF_WITHIN_S:
@@ -223,4 +228,4 @@ def as_record(fault: Fault, seen: Seen, seconds: float) -> dict[str, Any]:
     """Plain JSON types: a line of the campaign's journal."""
     cell = fault.cell
     what = {"index": fault.index, "cell": cell.name, "shot": fault.shot, "wire": fault.wire}
-    return {**what, **asdict(seen), "expected": cell.expected.outcome, "seconds": round(seconds, 2)}
+    return {**what, **asdict(seen), "expected": fault.outcome, "seconds": round(seconds, 2)}
