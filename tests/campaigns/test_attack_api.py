@@ -20,7 +20,7 @@ BOUNDARIES = ("--phases", "coverage", *QUICK)
 @pytest.mark.parametrize(
     "runs",
     [
-        pytest.param([(*DRAWN, *QUICK)], id="drawn", marks=pytest.mark.long),
+        pytest.param([(*DRAWN, *QUICK)], id="drawn", marks=pytest.mark.campaign),
         pytest.param([DRAWN, WALKS], id="drawn-of-all-and-walks", marks=pytest.mark.long),
         pytest.param([BOUNDARIES], id="boundaries", marks=pytest.mark.campaign),
     ],

@@ -240,7 +240,7 @@ def test_a_series_shares_what_its_shots_share(measured):
 @pytest.mark.long
 def test_coverage():
     """Every influence is drawn from what is declared of it: 95 % intervals cover the truth in about as many cases."""
-    draws, random = int(os.environ.get("COVERAGE_DRAWS", "200")), np.random.default_rng(42)
+    draws, random = int(os.environ.get("COVERAGE_DRAWS", "100")), np.random.default_rng(42)
     said = DeclaredUncertainty.model_validate({**DECLARED, "sample_clock": {"u": 1e-5}})
     silent = said.model_copy(update={"sample_clock": None})
     covered = dict.fromkeys(("f_nat_hz", "m_r_am2", "lambda_per_s", "silent"), 0)
