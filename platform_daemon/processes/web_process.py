@@ -33,7 +33,7 @@ from .rules import rules_for
 
 log = structlog.get_logger()
 _NICE = 5
-_PICTURES_AFTER_S = 15.0  # it takes four seconds of a processor, which the first shot may need
+PICTURES_AFTER_S = 15.0  # it takes four seconds of a processor, which the first shot may need
 # FastAPI passes pydantic an alias that has no effect; on the terminal the warning would worry users.
 _NOISE = "The 'alias' attribute with value 'body'"
 
@@ -64,7 +64,7 @@ def run_web(options: ServeOptions, parent: ParentLink, sockets: tuple[int, ...])
         max_connections=network.limits.connections,
     ) as server:
         keeper = AnalysisKeeper(context.analyses)
-        pictures = threading.Timer(_PICTURES_AFTER_S, _prepare_pictures, (context.executor,))
+        pictures = threading.Timer(PICTURES_AFTER_S, _prepare_pictures, (context.executor,))
         pictures.name, pictures.daemon = "pictures", True
         try:
             reduce_latency()  # trends of many shots are computed in threads of this process
