@@ -86,9 +86,10 @@ class Schedules:
         """Add a schedule, as add("night", measure={"resonator": "jewel", "shots": 20}, cron="0 22 * * *").
 
         name: what people call it; values: one work: the arguments of that method as measure, sweep, tune, ramp,
-        characterise, calibrate or self_test, or `work` as ScheduleRequest has it; one trigger: every_s (interval, s),
-        cron (five fields) or at (times, ISO 8601), with time_zone (IANA name) and jitter_s; and the other keys of a
-        ScheduleRequest: resonators, grace_s, policy, priority, start, until, max_failures.
+        characterise, calibrate or self_test, or `work` as ScheduleRequest has it; one trigger: every_s (interval, s,
+        from `start` on: without `start` it is due at once), cron (five fields) or at (times, ISO 8601), with time_zone
+        (IANA name) and jitter_s; and the other keys of a ScheduleRequest: resonators, grace_s, policy, priority, start,
+        until, max_failures.
         """
         return self._transport.post(Schedule, "add_schedule", _schedule_request(name, values))
 
