@@ -26,7 +26,9 @@ schedule_app = typer.Typer(help="Schedules of a running daemon: work by the cale
 DataOption = Annotated[Path, typer.Option("--data", help="Data folder of the daemon.")]
 NameArgument = Annotated[str, typer.Argument(help="Name of the schedule.")]
 IdArgument = Annotated[str, typer.Argument(help="Id of the schedule, as `schedule list` shows it.")]
-EveryOption = Annotated[float | None, typer.Option("--every-s", help="Interval, s, from --start on; without it due at once.")]
+EveryOption = Annotated[
+    float | None, typer.Option("--every-s", help="Interval, s; due at --start first, without it at once.")
+]
 CronOption = Annotated[str | None, typer.Option("--cron", help="Five fields: minute, hour, day, month, weekday.")]
 AtOption = Annotated[list[str] | None, typer.Option("--at", help="A date, ISO 8601; may be repeated.")]
 ZoneOption = Annotated[str, typer.Option("--time-zone", help="IANA name of the zone of --cron and --at.")]
