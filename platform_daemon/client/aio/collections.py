@@ -79,6 +79,8 @@ class AsyncSchedules:
     def __getitem__(self, name: str) -> AsyncScheduleHandle:
         return AsyncScheduleHandle(self._transport, name)
 
+    __iter__ = None  # else `for` would ask for 0, 1, 2, ... without end: `list` has them all
+
     async def list(self) -> AsyncIterator[Schedule]:
         """All schedules, oldest first."""
         async for each in self._transport.items(Schedule, "list_schedules"):
@@ -171,6 +173,8 @@ class AsyncSpecimens:
 
     def __getitem__(self, name: str) -> AsyncSpecimenHandle:
         return AsyncSpecimenHandle(self._transport, name)
+
+    __iter__ = None  # else `for` would ask for 0, 1, 2, ... without end: `list` has them all
 
     async def list(self) -> AsyncIterator[str]:
         """The names of all specimens."""

@@ -78,6 +78,8 @@ class Schedules:
     def __getitem__(self, name: str) -> ScheduleHandle:
         return ScheduleHandle(self._transport, name)
 
+    __iter__ = None  # else `for` would ask for 0, 1, 2, ... without end: `list` has them all
+
     def list(self) -> Iterator[Schedule]:
         """All schedules, oldest first."""
         yield from self._transport.items(Schedule, "list_schedules")
@@ -169,6 +171,8 @@ class Specimens:
 
     def __getitem__(self, name: str) -> SpecimenHandle:
         return SpecimenHandle(self._transport, name)
+
+    __iter__ = None  # else `for` would ask for 0, 1, 2, ... without end: `list` has them all
 
     def list(self) -> Iterator[str]:
         """The names of all specimens."""
