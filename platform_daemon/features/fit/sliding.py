@@ -103,7 +103,7 @@ def flatness_lines(found: SlidingFit) -> list[str]:
             )
     good = sum(w.fit.verdict == "good" for w in found.windows)
     if good and not lines:
-        lines.append(f"good windows of {found.window_s:.4g} s: {good}; a slope needs three without overlap: shorten them")
+        lines.append(f"good windows of {found.window_s:.4g} s: {good}; a slope needs three, so shorten them")
     held = sum(w.lambda_fixed for w in found.windows)
     if held:
         lines.append(f"lambda held at the D30 value in {held} of {len(found.windows)} windows")

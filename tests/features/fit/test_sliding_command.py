@@ -31,4 +31,4 @@ def test_slide_goes_along_an_angle(tmp_path):
     assert [w["verdict"] for w in report["windows"]] == ["good"] * 5
     assert report["flatness"]["f_nat_hz"]["mean"] == pytest.approx(2.0, abs=1e-3)
     two = here("slide", angle, "--variant", "thread_small_angle", "--window", "20")
-    assert two.stdout.strip() == "good windows of 20 s: 2; a slope needs three without overlap: shorten them"
+    assert two.stdout.strip() == "good windows of 20 s: 2; a slope needs three, so shorten them"
