@@ -205,13 +205,11 @@ class Client:
     def adopt(self, diagnosis: Diagnosis | str, name: str, *, by: str, **values: Any) -> AdoptedModelRecord:
         """Adopt what a diagnosis names as a model for later fits.
 
-        diagnosis: its job, or the id of it; name, by and values: as of Diagnosis.adopt.  Raises InputError for
-        another job.
+        diagnosis: its job or id; name, by and values: as of Diagnosis.adopt.  Raises InputError for another job.
         """
         job = self.job(diagnosis) if isinstance(diagnosis, str) else diagnosis
         if not isinstance(job, Diagnosis):
-            remedy = "give the job that `diagnose` has returned, or its id"
-            raise InputError(f"{job!r} is no diagnosis", where="diagnosis", remedy=remedy)
+            raise InputError(f"{job!r} is no diagnosis", where="diagnosis", remedy="give what `diagnose` returned")
         return job.adopt(name, by=by, **values)
 
     def _procedure(self, kind: str, values: Mapping[str, Any], key: str | None) -> Procedure:

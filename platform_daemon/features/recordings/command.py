@@ -23,7 +23,11 @@ from platform_daemon.features.models.options import variant_named
 
 
 def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -> None:
-    """Show what a recording, an angle series or a table contains, and of a table what it has to say still."""
+    """Show what a recording, an angle series or a table contains.
+
+    Of a table: its columns, what each is read as, and the lines that a TOML file next to it has to give, if they say
+    too little.
+    """
     from platform_daemon.core.recordings.angle_series import AngleSeries, is_time_series, read_angles
     from platform_daemon.core.recordings.column_file import columns_in, is_column_file, read_columns
     from platform_daemon.core.recordings.description import describe, describe_angle
