@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from drivers.errors import InputError
 from platform_daemon.diagnosis.diagnose import Diagnosis
 from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.report_schema import DiagnosisReport, EffectStrength
@@ -12,7 +13,7 @@ from platform_daemon.features.diagnose.evidence import file_digests
 from platform_daemon.features.diagnose.load_shots import diagnose_input, load_diagnosis_input
 from platform_daemon.features.models.resolve import checked_variant
 
-from .recording import Recording
+from .recording import Recording, check_recording
 
 
 class DiagnosisResult:
@@ -70,7 +71,11 @@ def diagnose(
 
     Raises InputError for recordings that do not belong together or of which no frame can be used.
     """
-    chosen = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    chosen = [recordings] if isinstance(recordings, Recording | str | Path) else list(recordings)
+    if not chosen:
+        raise InputError("there is no recording", where="recordings", remedy="give one or several")
+    for each in chosen:
+        check_recording(each)
     measurements = [each.measurement for each in chosen]
     wanted = None if model is None else checked_variant(model, terms)
     found = diagnose_input(load_diagnosis_input(measurements, wanted), progress)

@@ -20,7 +20,7 @@ from platform_daemon.features.fit.fit import fit_frame_of, frame_report
 from platform_daemon.features.fit.fit_request import FitRequest, check_fixed
 from platform_daemon.features.models.resolve import checked_variant
 
-from .recording import Recording, channel_names
+from .recording import Recording, channel_names, check_recording
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -230,9 +230,7 @@ def fit_frames(
 
 def _checked(recording: Recording, window: Window, frames: Sequence[int | None] | None) -> list[int] | None:
     """Numbers of the frames, None for all.  Raises InputError for arguments that are none."""
-    if not isinstance(recording, Recording):
-        what = f"a {type(recording).__name__} is no recording"
-        raise InputError(what, where="recording", remedy="open the file first: fit(open(path))")
+    check_recording(recording)
     number = isinstance(window, (int, float, np.number)) and not isinstance(window, bool)
     if window not in ("n50", "d30") if isinstance(window, str) else not (number and 0 < window < np.inf):
         remedy = "give n50, d30, or a positive number of seconds"

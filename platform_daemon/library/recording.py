@@ -100,6 +100,13 @@ class Recording:
         return f"<Recording {self.name}: {frames}, {self.variant or 'variant not said'}>"
 
 
+def check_recording(given: object) -> None:
+    """Raises InputError for what is no Recording, as a path."""
+    if not isinstance(given, Recording):
+        what = f"a {type(given).__name__} is no recording"
+        raise InputError(what, where="recording", remedy="open the file first, or make one by from_arrays")
+
+
 def channel_names(quantity: str, channels: int) -> list[str]:
     """The names of the channels of a signal."""
     return {"dmdt": list("xyz"), "angle": ["phi"]}.get(quantity, [str(k) for k in range(channels)])

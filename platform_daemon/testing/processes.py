@@ -64,12 +64,16 @@ class FaultyPlatform(RunningDaemon):
     def inject(self, fault: str, *, device: str | None = None, **arguments: Any) -> None:
         """Let a fault strike: of a device's wire where a device is named, else of the world at the next shot.
 
-        fault: as "adc_clip" or, of a wire, "timeout"; arguments: as the control socket takes them.
+        fault: as "adc_clip" or, of a wire, "timeout"; arguments: as the control socket takes them.  Raises ValueError
+        for what the emulated lab refuses.
         """
-        if device is None:
-            self.ask("inject", kind=fault, **arguments)
-        else:
+        if device is not None:
             self.ask("wire_fault", kind=fault, device=device, **arguments)
+            return
+        try:
+            self.ask("inject", kind=fault, **arguments)
+        except ValueError as error:
+            raise ValueError(f"{error} One of a wire, as timeout, also needs `device`.") from None
 
 
 def _command(*words: str | Path) -> list[str]:

@@ -18,12 +18,15 @@ import socket
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from drivers.errors import InputError, PlatformError
 from drivers.specimen import Specimen
 from drivers.validation import validated
 from sim_backend.devices.reference import SimulatedReferenceDipole
+from sim_backend.section import Section
 
 from .io_card.options import OUTPUTS
 from .io_card.playback import high_spans, output_bursts
@@ -31,6 +34,13 @@ from .io_card.session import Cards
 from .wire_faults import WireFault, WireFaults
 
 Action = Callable[[Mapping[str, Any]], Any]
+
+
+class _WorldFault(Section):
+    """A fault of the world; shot: its number from 1, None: the next one."""
+
+    kind: str
+    shot: Annotated[int, Field(ge=1)] | None = None
 
 
 class Control:
@@ -119,9 +129,10 @@ class Control:
         return bool(high_spans(board.history, line.pin(), line.pdm(), now, now + 1))
 
     def _inject(self, request: Mapping[str, Any]) -> int:
-        shot = request.get("shot", self._world.shots + 1)
-        self._world.faults.inject(request["kind"], shot)
-        return int(shot)
+        fault = validated(_WorldFault, request, "inject")
+        shot = self._world.shots + 1 if fault.shot is None else fault.shot
+        self._world.faults.inject(fault.kind, shot)
+        return shot
 
     def _wire_fault(self, request: Mapping[str, Any]) -> None:
         fault = validated(WireFault, request, "wire_fault")

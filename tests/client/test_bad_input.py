@@ -123,6 +123,19 @@ def test_a_job_that_does_not_exist(lab):
         lab.specimens["nothing"].get()
 
 
+def test_a_series_is_no_diagnosis_to_be_adopted(lab, series):
+    for given in (series.id, lab.job(series.id)):
+        with pytest.raises(InputError, match="is no diagnosis") as found:
+            lab.adopt(given, "draughty", by="DC")
+        check_said(found.value)
+
+
+def test_a_collection_is_listed_and_a_loop_over_itself_does_not_run_for_ever(lab):
+    for there in (lab.recordings, lab.schedules, lab.specimens):
+        with pytest.raises(TypeError, match="not iterable"):
+            iter(there)
+
+
 def test_a_job_of_a_client_that_is_closed(running, series):
     with Client(running.address) as lab:
         job = lab.job(series.id)

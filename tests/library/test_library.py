@@ -139,6 +139,8 @@ HOLES = np.delete(np.arange(140) / 1000.0, np.arange(60, 100))
         (lambda: pd_.open("nowhere.h5"), "nowhere.h5"),
         (lambda: pd_.open("nowhere.csv"), "no such file"),
         (lambda: pd_.fit("a.h5"), r"a str is no recording.*open the file first"),
+        (lambda: pd_.diagnose("a.h5"), r"a str is no recording.*open the file first"),
+        (lambda: pd_.diagnose([]), "there is no recording"),
         (lambda: pd_.fit(pd_.from_arrays(TIME, ARRAYS), model="jewel", window="D30"), "no window 'D30'"),
         (lambda: pd_.fit(pd_.from_arrays(TIME, ARRAYS), model="jewel", window=[1, 2]), "no window"),
         (lambda: pd_.fit(pd_.from_arrays(TIME, ARRAYS), model="jewel", window=float("nan")), "no window nan"),

@@ -106,6 +106,7 @@ def test_a_work_that_was_saved_on_windows_is_read(daemon, tmp_path):
     done = here("schedule", "preview", *words)
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.splitlines()) == 3
+    assert "due at once" in done.stderr
     work.write_text('{"kind": "self_test"}', encoding="utf-16")
     assert_one_line_error(here("schedule", "preview", *words), 2, "the file is in UTF-16: save it as UTF-8")
 

@@ -211,10 +211,12 @@ class AsyncClient:
     async def adopt(self, diagnosis: AsyncDiagnosis | str, name: str, *, by: str, **values: Any) -> AdoptedModelRecord:
         """Adopt what a diagnosis names as a model for later fits.
 
-        diagnosis: its job, or the id of it; name, by and values: as of Diagnosis.adopt.
+        diagnosis: its job or id; name, by and values: as of Diagnosis.adopt.  Raises InputError for another job.
         """
         job = await self.job(diagnosis) if isinstance(diagnosis, str) else diagnosis
-        return await cast(AsyncDiagnosis, job).adopt(name, by=by, **values)
+        if not isinstance(job, AsyncDiagnosis):
+            raise InputError(f"{job!r} is no diagnosis", where="diagnosis", remedy="give what `diagnose` returned")
+        return await job.adopt(name, by=by, **values)
 
     async def _procedure(self, kind: str, values: Mapping[str, Any], key: str | None) -> AsyncProcedure:
         return await self.start_procedure(procedure_request(kind, values), idempotency_key=key)

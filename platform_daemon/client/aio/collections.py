@@ -79,6 +79,8 @@ class AsyncSchedules:
     def __getitem__(self, name: str) -> AsyncScheduleHandle:
         return AsyncScheduleHandle(self._transport, name)
 
+    __iter__ = None  # else `for` would ask for 0, 1, 2, ... without end: `list` has them all
+
     async def list(self) -> AsyncIterator[Schedule]:
         """All schedules, oldest first."""
         async for each in self._transport.items(Schedule, "list_schedules"):
@@ -88,9 +90,10 @@ class AsyncSchedules:
         """Add a schedule, as add("night", measure={"resonator": "jewel", "shots": 20}, cron="0 22 * * *").
 
         name: what people call it; values: one work: the arguments of that method as measure, sweep, tune, ramp,
-        characterise, calibrate or self_test, or `work` as ScheduleRequest has it; one trigger: every_s (interval, s),
-        cron (five fields) or at (times, ISO 8601), with time_zone (IANA name) and jitter_s; and the other keys of a
-        ScheduleRequest: resonators, grace_s, policy, priority, start, until, max_failures.
+        characterise, calibrate or self_test, or `work` as ScheduleRequest has it; one trigger: every_s (interval, s,
+        from `start` on: without `start` it is due at once), cron (five fields) or at (times, ISO 8601), with time_zone
+        (IANA name) and jitter_s; and the other keys of a ScheduleRequest: resonators, grace_s, policy, priority, start,
+        until, max_failures.
         """
         return await self._transport.post(Schedule, "add_schedule", _schedule_request(name, values))
 
@@ -170,6 +173,8 @@ class AsyncSpecimens:
 
     def __getitem__(self, name: str) -> AsyncSpecimenHandle:
         return AsyncSpecimenHandle(self._transport, name)
+
+    __iter__ = None  # else `for` would ask for 0, 1, 2, ... without end: `list` has them all
 
     async def list(self) -> AsyncIterator[str]:
         """The names of all specimens."""

@@ -210,6 +210,8 @@ class AsyncRecordings:
     def __getitem__(self, identifier: str) -> AsyncRecording:
         return AsyncRecording(self._transport, identifier)
 
+    __iter__ = None  # else `for` would ask for 0, 1, 2, ... without end: `list` has them all
+
     async def list(
         self,
         *,

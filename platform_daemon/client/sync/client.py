@@ -205,10 +205,12 @@ class Client:
     def adopt(self, diagnosis: Diagnosis | str, name: str, *, by: str, **values: Any) -> AdoptedModelRecord:
         """Adopt what a diagnosis names as a model for later fits.
 
-        diagnosis: its job, or the id of it; name, by and values: as of Diagnosis.adopt.
+        diagnosis: its job or id; name, by and values: as of Diagnosis.adopt.  Raises InputError for another job.
         """
         job = self.job(diagnosis) if isinstance(diagnosis, str) else diagnosis
-        return cast(Diagnosis, job).adopt(name, by=by, **values)
+        if not isinstance(job, Diagnosis):
+            raise InputError(f"{job!r} is no diagnosis", where="diagnosis", remedy="give what `diagnose` returned")
+        return job.adopt(name, by=by, **values)
 
     def _procedure(self, kind: str, values: Mapping[str, Any], key: str | None) -> Procedure:
         return self.start_procedure(procedure_request(kind, values), idempotency_key=key)

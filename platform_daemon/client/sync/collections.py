@@ -78,6 +78,8 @@ class Schedules:
     def __getitem__(self, name: str) -> ScheduleHandle:
         return ScheduleHandle(self._transport, name)
 
+    __iter__ = None  # else `for` would ask for 0, 1, 2, ... without end: `list` has them all
+
     def list(self) -> Iterator[Schedule]:
         """All schedules, oldest first."""
         yield from self._transport.items(Schedule, "list_schedules")
@@ -86,9 +88,10 @@ class Schedules:
         """Add a schedule, as add("night", measure={"resonator": "jewel", "shots": 20}, cron="0 22 * * *").
 
         name: what people call it; values: one work: the arguments of that method as measure, sweep, tune, ramp,
-        characterise, calibrate or self_test, or `work` as ScheduleRequest has it; one trigger: every_s (interval, s),
-        cron (five fields) or at (times, ISO 8601), with time_zone (IANA name) and jitter_s; and the other keys of a
-        ScheduleRequest: resonators, grace_s, policy, priority, start, until, max_failures.
+        characterise, calibrate or self_test, or `work` as ScheduleRequest has it; one trigger: every_s (interval, s,
+        from `start` on: without `start` it is due at once), cron (five fields) or at (times, ISO 8601), with time_zone
+        (IANA name) and jitter_s; and the other keys of a ScheduleRequest: resonators, grace_s, policy, priority, start,
+        until, max_failures.
         """
         return self._transport.post(Schedule, "add_schedule", _schedule_request(name, values))
 
@@ -168,6 +171,8 @@ class Specimens:
 
     def __getitem__(self, name: str) -> SpecimenHandle:
         return SpecimenHandle(self._transport, name)
+
+    __iter__ = None  # else `for` would ask for 0, 1, 2, ... without end: `list` has them all
 
     def list(self) -> Iterator[str]:
         """The names of all specimens."""

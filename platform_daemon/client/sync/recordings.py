@@ -210,6 +210,8 @@ class Recordings:
     def __getitem__(self, identifier: str) -> Recording:
         return Recording(self._transport, identifier)
 
+    __iter__ = None  # else `for` would ask for 0, 1, 2, ... without end: `list` has them all
+
     def list(
         self,
         *,

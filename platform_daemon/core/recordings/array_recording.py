@@ -88,7 +88,7 @@ def signal_of(
     if quantity == "angle":
         turned = turns_of(values)
         if turned:
-            remedy = "convert degrees to radians, or say unit='deg'; cut off what turns over"
+            remedy = "convert degrees to radians, or say unit = 'deg' of a file; cut off what turns over"
             raise InputError(f"the angle {turned}", where=where, why="these may be degrees", remedy=remedy)
         return AngleSeries(Path(where), values, rate_hz, () if sorting is None else (sorting[1],))
     calibration = None

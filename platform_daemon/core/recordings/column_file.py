@@ -14,9 +14,10 @@ A column of a matrix is named as MATLAB names it, `data(:,2)`, and a field of a 
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -27,6 +28,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from drivers.errors import RecordingError
 from drivers.text_files import read_text_file
+from platform_daemon.core.schemas.recordings import TableColumn
 
 from .angle_series import AngleSeries
 from .array_files import matlab_table, npz_table, zipped_table
@@ -47,6 +49,7 @@ _ENDINGS = {
     **{"am2_per_s": "A m^2/s", "mam2_per_s": "mA m^2/s", "uam2_per_s": "uA m^2/s", "v": "V", "mv": "mV", "uv": "uV"},
     **{"rad": "rad", "mrad": "mrad", "deg": "deg", "s": "s", "ms": "ms", "us": "us", "ns": "ns"},
 }
+_ANGLE = re.compile(r"[θϑφϕ]|phi|theta|angle|winkel", re.IGNORECASE)
 _QUANTITIES: dict[Quantity, str] = {"dmdt": "A m^2/s", "voltage": "V", "angle": "rad"}
 
 
@@ -64,6 +67,73 @@ class Columns(BaseModel):
 def is_column_file(path: Path) -> bool:
     """By its name."""
     return path.suffix.lower() in _SUFFIXES
+
+
+def columns_in(path: Path) -> tuple[TableColumn, ...]:
+    """The columns of a table and what each is taken for, also of a table that is not readable as a signal yet.
+
+    Raises RecordingError for a file that is no table, and for a column that the file next to it names and is not there.
+    """
+    told, table = _columns_of_toml(path), _table(path)
+    time = told.time or _time_like(table)
+    signals = told.signal or (() if time is None else _signal_names(table, time, told.unit))
+    found = []
+    every = [each for name in table for each in (_parts(name, table[name]) if time is None else (name,))]
+    for name in dict.fromkeys((*every, *(() if time is None else (time,)), *signals)):
+        values = _column(table, name, path)
+        lowest, highest = finite_range(values)
+        said = told.time_unit if name == time else told.unit if name in signals else None
+        found.append(
+            TableColumn(
+                name=name,
+                shape=values.shape,
+                unit=said or _unit_in(name),
+                read_as="time" if name == time else "signal" if name in signals else None,
+                lowest=lowest,
+                highest=highest,
+            )
+        )
+    return tuple(found)
+
+
+def finite_range(values: NDArray[np.float64]) -> tuple[float | None, float | None]:
+    """Smallest and largest finite number; None: there is none."""
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (None, None)
+
+
+def _parts(name: str, values: NDArray[np.float64]) -> tuple[str, ...]:
+    """The names of a matrix's columns where these may be time and signal, else the name of the array."""
+    narrow = values.ndim == 2 and values.shape[0] > values.shape[1] > 1
+    return tuple(f"{name}(:,{k})" for k in range(1, values.shape[1] + 1)) if narrow else (name,)
+
+
+def lines_missing(columns: Sequence[TableColumn]) -> tuple[str, ...]:
+    """Lines of the file next to a table with which it is a signal: names as they are likely, and units to be corrected.
+
+    Empty if the columns say enough.
+    """
+    signals = [each for each in columns if each.read_as == "signal"]
+    time = next((each for each in columns if each.read_as == "time"), None)
+    quantities = {quantity_of(each.unit) for each in signals}
+    one = len(quantities) == 1 and None not in quantities and (quantities != {"angle"} or len(signals) == 1)
+    if one and time is not None and time.unit is not None and conversion(time.unit, "s"):
+        return ()
+    if len(columns) < 2:  # nothing that both could be
+        return ()
+    first = time or columns[0]
+    others = signals or [each for each in columns if each is not first]
+    angles = [each for each in others if quantity_of(each.unit) == "angle" or _ANGLE.search(each.name)]
+    taken = angles[:1] or [each for each in others if quantity_of(each.unit) == quantity_of(others[0].unit)]
+    units = [each.unit for each in taken if quantity_of(each.unit)] or ["deg" if angles else "V"]
+    time_unit = first.unit if first.unit and conversion(first.unit, "s") else "s"
+    names = json.dumps([each.name for each in taken], ensure_ascii=False)
+    return (
+        f"time = {json.dumps(first.name, ensure_ascii=False)}",
+        f"time_unit = {json.dumps(time_unit, ensure_ascii=False)}",
+        f"signal = {names}",
+        f"unit = {json.dumps(units[0], ensure_ascii=False)}",
+    )
 
 
 def read_columns(path: Path, columns: Columns | None = None) -> Recording | AngleSeries:
@@ -106,14 +176,15 @@ def _column(table: Table, name: str, path: Path) -> NDArray[np.float64]:
     raise RecordingError(f"there is no column {name!r}", where=str(path), remedy=remedy)
 
 
-def _quantity_of(unit: str | None) -> Quantity | None:
+def quantity_of(unit: str | None) -> Quantity | None:
+    """What a signal in this unit is; None: no signal has it."""
     return next((each for each, si in _QUANTITIES.items() if unit and conversion(unit, si)), None)
 
 
 def _signal_names(table: Table, time: str, unit: str | None) -> tuple[str, ...]:
     """All but time, and what is in a unit of no signal, as phyphox exports speeds beside angles."""
     rest = [name for name in table if name != time and table[name].size > 1]
-    signals = [name for name in rest if unit or not _unit_in(name) or _quantity_of(_unit_in(name))]
+    signals = [name for name in rest if unit or not _unit_in(name) or quantity_of(_unit_in(name))]
     return tuple(signals or rest)
 
 
@@ -125,7 +196,7 @@ def _signal(
     found: dict[Quantity, str] = {}
     for name, values in columns.items():
         said = unit or _unit_in(name)
-        quantity = _quantity_of(said)
+        quantity = quantity_of(said)
         if quantity is None:
             raise _no_unit(name, said, path, "unit", ", ".join((*_QUANTITIES.values(), "deg")))
         found[quantity] = name
@@ -166,13 +237,21 @@ def _unit_in(name: str) -> str | None:
     return _ENDINGS[max(ends, key=len)] if ends else None
 
 
-def _time_name(table: Table, path: Path) -> str:
-    """The column whose name begins with t or time, and that is no signal.  Raises RecordingError."""
+def _time_like(table: Table) -> str | None:
+    """The column whose name begins with t or time, and that is no signal; None: there is none."""
     for name in table:
         found = _BRACKETS.match(name)
         stem = (found[1] if found else name).rpartition(".")[2].strip().lower()
         if stem in ("t", "time") or re.match(r"^(t|time)_[a-z]+$", stem):
             return name
+    return None
+
+
+def _time_name(table: Table, path: Path) -> str:
+    """The same.  Raises RecordingError if there is none."""
+    found = _time_like(table)
+    if found is not None:
+        return found
     told = "time = 'NAME', signal = ['NAME'], time_unit = 's', unit = 'deg'"
     remedy = f"call it time_s, or write {path.name}.toml with the lines {told} (or another unit)"
     why = f"the columns are {', '.join(map(repr, table))}"

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from drivers.calibration import ReceiveCalibration
 from platform_daemon.core.schemas.recordings import (
+    AngleInfo,
     CalibrationInfo,
     ExcitationInfo,
     FrameDescription,
     FrequencyResponseExtent,
     RecordingInfo,
     ShotWindows,
+    TableColumn,
     WindowLength,
 )
 
+from .angle_series import AngleSeries
+from .column_file import finite_range
 from .recording import Excitation, Recording
 
 
@@ -114,4 +120,19 @@ def _calibration(calibration: ReceiveCalibration | None) -> CalibrationInfo | No
         temperature_c=calibration.temperature_c,
         transmit=None if calibration.transmit is None else calibration.transmit.identifier,
         response=known,
+    )
+
+
+def describe_angle(series: AngleSeries, size_bytes: int, columns: Sequence[TableColumn] = ()) -> AngleInfo:
+    """Summary of an angle series; size_bytes: of its file; columns: of a table."""
+    lowest, highest = finite_range(series.angle_rad)
+    return AngleInfo(
+        file=str(series.path),
+        size_bytes=size_bytes,
+        columns=tuple(columns),
+        samples=series.angle_rad.shape[1],
+        rate_hz=series.sampling_rate_hz,
+        lowest_rad=lowest,
+        highest_rad=highest,
+        notes=series.clock,
     )

@@ -295,6 +295,44 @@ class DmdtSeries(Schema):
     """What was assumed."""
 
 
+class TableColumn(Schema):
+    """A column of a table from elsewhere."""
+
+    name: str
+    """As the table has it."""
+    shape: tuple[int, ...]
+    """(rows,); of an array in npz or MATLAB's files all of its dimensions."""
+    unit: str | None
+    """As its name, or the TOML file next to the table, says; null: neither says one."""
+    read_as: Literal["time", "signal"] | None
+    """What it is taken for; null: it is left out."""
+    lowest: float | None
+    """Smallest finite number, in its unit; null: there is none."""
+    highest: float | None
+    """Largest finite number, in its unit; null: there is none."""
+
+
+class AngleInfo(Schema):
+    """What a file of an angle over time holds."""
+
+    file: str
+    """Path as it was named."""
+    size_bytes: int
+    """Size of the file, bytes."""
+    columns: tuple[TableColumn, ...]
+    """Of a table; empty: it is HDF5 with /time and /signal."""
+    samples: int
+    """Samples of the longest stretch with an even clock."""
+    rate_hz: float
+    """Sampling rate, Hz."""
+    lowest_rad: float | None
+    """Smallest angle, rad; null: no sample is a number."""
+    highest_rad: float | None
+    """Largest angle, rad; null: no sample is a number."""
+    notes: tuple[str, ...]
+    """What is wrong with the time, in words; empty: nothing."""
+
+
 RecordingId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=200)]
 
 

@@ -243,7 +243,7 @@ def open_voltages(path: Path, calibration: Calibration | None = None) -> Voltage
     """A recording under this calibration or its own.  Raises RecordingError, for an angle too."""
     found = read_columns(path) if is_column_file(path) else open_recording(path)
     if not isinstance(found, Recording):
-        remedy = "this works on coil voltages or dm/dt; fit, plot, slide and diagnose take angles"
+        remedy = "this works on coil voltages or dm/dt; info, fit, plot, slide, budget and diagnose take angles"
         raise RecordingError("holds an angle, not coil voltages", where=str(path), remedy=remedy)
     if calibration is None:
         return VoltageMeasurement.of(found)

@@ -101,6 +101,9 @@ def flatness_lines(found: SlidingFit) -> list[str]:
                 f"{name:22} {flat.mean:.8g} +- {flat.mean_sd:.2g}   chi2/dof {flat.chi2_per_dof:.2f} "
                 f"(so much by chance: {flat.probability:.2g})   slope {slope:+.1f} sd"
             )
+    good = sum(w.fit.verdict == "good" for w in found.windows)
+    if good and not lines:
+        lines.append(f"good windows of {found.window_s:.4g} s: {good}; a slope needs three, so shorten them")
     held = sum(w.lambda_fixed for w in found.windows)
     if held:
         lines.append(f"lambda held at the D30 value in {held} of {len(found.windows)} windows")

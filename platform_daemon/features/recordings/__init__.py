@@ -6,7 +6,7 @@ FEATURE = Feature(
     routes=(".routes",),
     tag=("recordings", "What was measured, with its dm/dt"),
     commands=(
-        Command(name="info", attribute="info", help="Show what a recording contains, or a table of volts or dm/dt."),
+        Command(name="info", attribute="info", help="Show what a recording, an angle series or a table contains."),
         Command(
             name="plot",
             attribute="plot",

@@ -23,20 +23,36 @@ from platform_daemon.features.models.options import variant_named
 
 
 def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -> None:
-    """Show what a recording contains, or a table of volts or dm/dt."""
-    from platform_daemon.core.recordings.column_file import is_column_file
-    from platform_daemon.core.recordings.description import describe
+    """Show what a recording, an angle series or a table contains.
+
+    Of a table: its columns, what each is read as, and the lines that a TOML file next to it has to give, if they say
+    too little.
+    """
+    from platform_daemon.core.recordings.angle_series import AngleSeries, is_time_series, read_angles
+    from platform_daemon.core.recordings.column_file import columns_in, is_column_file, read_columns
+    from platform_daemon.core.recordings.description import describe, describe_angle
     from platform_daemon.core.recordings.reader import open_recording
-    from platform_daemon.features.fit.measurement import open_voltages
 
-    from .report import print_recording
+    from .report import print_angle, print_columns, print_next, print_recording
 
-    recording = open_voltages(file).recording if is_column_file(file) else open_recording(file)
-    say_note(file, recording.other_layout)
-    facts = describe(recording)
     must_not_exist(json_file, force, ".json")
-    write_json(json_file, facts)
-    print_recording(facts)
+    columns = columns_in(file) if is_column_file(file) else ()
+    print_columns(file, columns)
+    if columns:
+        found = read_columns(file)
+    else:
+        found = read_angles(file) if is_time_series(file) else open_recording(file)
+    if isinstance(found, AngleSeries):
+        angle = describe_angle(found, file.stat().st_size, columns)
+        write_json(json_file, angle)
+        print_angle(angle)
+    else:
+        say_note(file, found.other_layout)
+        facts = describe(found)
+        write_json(json_file, facts)
+        print_recording(facts)
+    if columns or isinstance(found, AngleSeries):
+        print_next(file, "" if isinstance(found, AngleSeries) else " --variant jewel")
 
 
 def plot(

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
-from platform_daemon.core.recordings.column_file import is_column_file
+from platform_daemon.core.recordings.column_file import is_column_file, lines_missing
 from platform_daemon.core.schemas.control_characters import printable
-from platform_daemon.core.schemas.recordings import CalibrationInfo, ExcitationInfo, FrameDescription, RecordingInfo
+from platform_daemon.core.schemas.recordings import (
+    AngleInfo,
+    CalibrationInfo,
+    ExcitationInfo,
+    FrameDescription,
+    RecordingInfo,
+    TableColumn,
+)
 from platform_daemon.core.schemas.value_sources import value_sources_text
 
 MOST_SHOTS = 200  # shown one by one
@@ -42,6 +51,50 @@ def print_recording(info: RecordingInfo) -> None:
         console.print(f"and {len(info.shots) - MOST_SHOTS} more shots; --json holds all")
 
 
+def print_columns(file: Path, columns: Sequence[TableColumn]) -> None:
+    """The columns of a table, and the lines that it lacks, on standard output; nothing for no columns."""
+    if not columns:
+        return
+    console = Console(markup=False, highlight=False)
+    table = Table("column")
+    for heading in ("rows", "unit", "from", "to", "read as"):
+        table.add_column(heading, justify="left" if heading in ("unit", "read as") else "right")
+    for each in columns:
+        ends = ("" if value is None else f"{value:.6g}" for value in (each.lowest, each.highest))
+        rows = " x ".join(map(str, each.shape))
+        table.add_row(*map(printable, (each.name, rows, each.unit or "?", *ends, each.read_as or "left out")))
+    console.print(table)
+    lines = lines_missing(columns)
+    if lines:
+        units = "time in s, ms or us; a signal in V, A m^2/s, rad or deg, or with a prefix, as mV"
+        print(f"{file.name}.toml next to it makes it readable, with lines as these, corrected ({units}):")
+        print(*map(printable, lines), sep="\n")
+        print(f"then: platform-daemon info {shlex.quote(str(file))}")
+
+
+def print_angle(info: AngleInfo) -> None:
+    """Facts of an angle over time, on standard output."""
+    low, high = info.lowest_rad, info.highest_rad
+    angle = None
+    if low is not None and high is not None:
+        angle = f"{math.degrees(low):.4g}° to {math.degrees(high):.4g}° ({low:.4g} to {high:.4g} rad)"
+    rows = {
+        "file": f"{info.file} ({info.size_bytes / 1e6:.3g} MB, {'table' if info.columns else 'angle series'})",
+        "samples": str(info.samples),
+        "sampling rate": f"{info.rate_hz:.8g} Hz",
+        "duration": f"{info.samples / info.rate_hz:.6g} s",
+        "angle": angle,
+        "time": "; ".join(info.notes),
+    }
+    Console(markup=False, highlight=False).print(_listed(rows))
+
+
+def print_next(file: Path, options: str) -> None:
+    """What can be done with a file from elsewhere; options: that every such command needs."""
+    command = f"{shlex.quote(str(file))}{options}"
+    print(f"next: platform-daemon plot {command}, or fit, or diagnose; --variant names the model (thread, jewel, ...)")
+
+
 def _facts(info: RecordingInfo) -> Table:
     rows = {
         "file": f"{info.file} ({info.size_bytes / 1e6:.3g} MB, {_kind(info)})",
@@ -60,6 +113,11 @@ def _facts(info: RecordingInfo) -> Table:
         "software": info.software_version,
         "on-line fits": ", ".join(info.fits),
     }
+    return _listed(rows)
+
+
+def _listed(rows: Mapping[str, str | None]) -> Table:
+    """Names and texts, those without a text left out."""
     table = Table(show_header=False, box=None)
     table.add_column(style="bold")
     table.add_column(overflow="fold")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -25,7 +26,9 @@ schedule_app = typer.Typer(help="Schedules of a running daemon: work by the cale
 DataOption = Annotated[Path, typer.Option("--data", help="Data folder of the daemon.")]
 NameArgument = Annotated[str, typer.Argument(help="Name of the schedule.")]
 IdArgument = Annotated[str, typer.Argument(help="Id of the schedule, as `schedule list` shows it.")]
-EveryOption = Annotated[float | None, typer.Option("--every-s", help="Interval, s.")]
+EveryOption = Annotated[
+    float | None, typer.Option("--every-s", help="Interval, s; due at --start first, without it at once.")
+]
 CronOption = Annotated[str | None, typer.Option("--cron", help="Five fields: minute, hour, day, month, weekday.")]
 AtOption = Annotated[list[str] | None, typer.Option("--at", help="A date, ISO 8601; may be repeated.")]
 ZoneOption = Annotated[str, typer.Option("--time-zone", help="IANA name of the zone of --cron and --at.")]
@@ -75,6 +78,7 @@ def add(
     request = _request({"name": name, "trigger": trigger, **_work(work, resonators, shots), **rest, **span})
     made = _daemon(data).add(request)
     print(f"{made.id}: next {made.next_due or 'never'}")
+    _say_at_once(every_s, start)
 
 
 @schedule_app.command()
@@ -98,6 +102,7 @@ def preview(
     request = _request({"name": "preview", "trigger": trigger, **_work(work, resonators, shots), **span})
     for due in _daemon(data).preview(request, count):
         print(due)
+    _say_at_once(every_s, start)
 
 
 @schedule_app.command("list")
@@ -177,6 +182,11 @@ def mounted(
 
     request = validated(MountRequest, {"resonator": resonator, "by": by}, "mounted")
     print(f"{_proxy(data).set_mounted(request).resonator} is there")
+
+
+def _say_at_once(every_s: float | None, start: str | None) -> None:
+    if every_s is not None and start is None:
+        print("an interval without --start is due at once", file=sys.stderr)
 
 
 def _daemon(data: Path) -> ScheduleService:

@@ -23,7 +23,8 @@ class TriggerRequest(Request):
     """When: exactly one of `every_s`, `cron` and `at`."""
 
     every_s: Annotated[float, Field(ge=1, allow_inf_nan=False)] | None = None
-    """Interval, s, counted from the start of the schedule; daylight saving does not move it."""
+    """Interval, s, counted from `start` of the schedule, when it is due first: without `start` that is at once.
+    Daylight saving does not move it."""
     cron: Annotated[str, Field(max_length=1000)] | None = None
     """Five fields as in Debian's cron: minute, hour, day, month, weekday; also `L`, `LW`, `5L` and `MON#2`."""
     at: Annotated[list[str], Field(min_length=1, max_length=1000)] | None = None

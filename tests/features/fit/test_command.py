@@ -206,4 +206,4 @@ def test_what_an_angle_has_not_is_an_error_that_says_so(tmp_path):
     assert_one_line_error(here("fit", angle, "--calibration", path), 2, "no calibration applies")
     assert_one_line_error(here("fit", angle, "--variant", "rubber"), 2, "rubber")
     assert_one_line_error(here("slide", angle, "--frame", "1"), 2, "frame 1")
-    assert_one_line_error(here("info", angle), 2, "fit, slide and diagnose take an angle")
+    assert_one_line_error(here("harmonics", angle), 2, "fit, slide and diagnose take an angle")

@@ -30,3 +30,5 @@ def test_slide_goes_along_an_angle(tmp_path):
     report = json.loads((tmp_path / "s.json").read_text())
     assert [w["verdict"] for w in report["windows"]] == ["good"] * 5
     assert report["flatness"]["f_nat_hz"]["mean"] == pytest.approx(2.0, abs=1e-3)
+    two = here("slide", angle, "--variant", "thread_small_angle", "--window", "20")
+    assert two.stdout.strip() == "good windows of 20 s: 2; a slope needs three, so shorten them"

@@ -1,15 +1,19 @@
 """`platform-daemon info` and `plot`."""
 
 import base64
+import re
 import webbrowser
 
 import numpy as np
 import pytest
+import scipy.io
 
 from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.schemas.recordings import AngleInfo
 from platform_daemon.features.fit import ring_down_page
 from tests.kit.command_line import assert_one_line_error, here, run
 from tests.kit.html_pages import elements
+from tests.kit.specimen_files import pendulum, swing
 
 
 def test_plot_writes_a_png_and_info_says_what_the_file_holds(measured):
@@ -86,3 +90,73 @@ def test_info_of_a_table_says_what_it_holds(tmp_path, columns, shown):
     assert f"({file.stat().st_size / 1e6:.3g} MB, table)" in text
     assert "sensitivity" not in text
     assert shown is None or shown in text
+
+
+def swing_table(path, names, *, scale=1.0):
+    time_s = np.arange(400) / 200.0
+    angle_deg = scale * 20.0 * np.exp(-0.5 * time_s) * np.cos(20.0 * time_s)
+    columns = [time_s, angle_deg, angle_deg][: len(names)]
+    rows = [",".join(f"{value:.9g}" for value in row) for row in np.column_stack(columns)]
+    path.write_text("\n".join([",".join(names), *rows]))
+    return path
+
+
+def test_info_of_a_table_of_an_angle_says_what_was_read_and_what_comes_next(tmp_path):
+    file = swing_table(tmp_path / "my swing.csv", ("Time (s)", "Angle (deg)", "Speed (rad/s)"))
+    done = here("info", file, "--json", tmp_path / "info.json")
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"Angle \(deg\) +│ +400 │ deg +│ .* 20 │ signal", done.stdout)
+    assert re.search(r"Speed \(rad/s\) .* left out", done.stdout)
+    for word in ("200 Hz", "2 s", "to 20° (", "0.3491 rad", f"next: platform-daemon plot '{file}'"):
+        assert word in done.stdout
+    facts = AngleInfo.model_validate_json((tmp_path / "info.json").read_bytes())
+    assert (facts.samples, facts.highest_rad) == (400, pytest.approx(np.radians(20.0)))
+    assert [each.read_as for each in facts.columns] == ["time", "signal", None]
+
+
+def without_units(folder):
+    return swing_table(folder / "own.csv", ("t", "x", "θ_{r}"))
+
+
+def without_names(folder):
+    return swing_table(folder / "own.dat", ("a", "phi"))
+
+
+def matrix(folder):
+    time_s = np.arange(400) / 200.0
+    scipy.io.savemat(folder / "own.mat", {"data": np.column_stack([time_s, np.cos(20.0 * time_s)])})
+    return folder / "own.mat"
+
+
+@pytest.mark.parametrize(
+    ("make", "shown", "holds"),
+    [(without_units, "θ_{r}", " rad)"), (without_names, "phi", " rad)"), (matrix, "data(:,2)", "channels")],
+)
+def test_info_of_a_table_that_says_too_little_gives_the_lines_that_it_lacks(tmp_path, make, shown, holds):
+    """They make it readable as they are printed."""
+    file = make(tmp_path)
+    done = here("info", file)
+    assert_one_line_error(done, 2, file.name)
+    lines = [line for line in done.stdout.splitlines() if re.match(r"(time|time_unit|signal|unit) = ", line)]
+    assert len(lines) == 4
+    assert f'signal = ["{shown}"]' in lines
+    file.with_name(f"{file.name}.toml").write_text("\n".join(lines), encoding="utf-8")
+    again = here("info", file)
+    assert again.returncode == 0, again.stderr
+    assert holds in again.stdout
+
+
+def test_info_of_a_table_that_cannot_be_one_signal_shows_its_columns_and_says_why(tmp_path):
+    file = swing_table(tmp_path / "own.csv", ("t_s", "phi_rad"))
+    done = here("info", file)
+    assert_one_line_error(done, 2, "beyond pi to either side", "degrees")
+    assert "phi_rad" in done.stdout
+    assert ".toml" not in done.stdout
+
+
+def test_info_of_an_angle_series(tmp_path):
+    time_s, angle = swing()
+    done = here("info", pendulum(tmp_path, time_s, angle))
+    assert done.returncode == 0, done.stderr
+    assert "angle series" in done.stdout
+    assert f"{angle.size}" in done.stdout

@@ -71,6 +71,12 @@ def test_a_converter_that_clips_shows_its_end_codes(emulator):
     assert np.count_nonzero(codes[:, 0] == 32767) == pytest.approx(61, abs=2)  # a millisecond
 
 
+@pytest.mark.parametrize("keys", [{"shots": 3}, {"shot": "third"}, {"shot": 0}])
+def test_a_fault_of_a_key_that_is_not_there_is_refused(emulator, keys):
+    with pytest.raises(AssertionError, match="key 'shot"):
+        control(emulator, "inject", kind="adc_clip", **keys)
+
+
 def test_dropped_samples_shift_what_follows(emulator):
     whole = record(emulator)
     control(emulator, "hold_still")

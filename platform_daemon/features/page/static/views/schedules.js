@@ -29,7 +29,8 @@ export async function show(root, parts) {
         actionButton("Run now", () => act(each, "run"), { disabled })),
     ]), "none yet"));
     const coming = await Promise.all(all.filter((each) => each.active).map(async (each) => {
-      const found = await send("POST", `schedules/preview?count=${COMING}`, each.request).catch(() => ({}));
+      const asked = { ...each.request, start: each.request.start ?? each.created }; // an interval counts from there
+      const found = await send("POST", `schedules/preview?count=${COMING}`, asked).catch(() => ({}));
       return instants(found).map((due) => ({ due, name: each.request.name, trigger: each.request.trigger }));
     }));
     fill(calendar, h("h2", {}, `What is due in the next ${DAYS} days`), days(coming.flat().sort((a, b) => Date.parse(a.due) - Date.parse(b.due))),
