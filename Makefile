@@ -57,8 +57,8 @@ test-page: install
 	@command -v chromium > /dev/null || { apt-get update -qq && apt-get install -y -qq chromium; }
 	$(BIN)/pytest -m page -n 2 --dist loadfile
 
-# How fast the page is, and what it takes, beside series that run; `make page-bench BENCH='--parts soak'` measures one
-# part, and the journal keeps the others.
+# How fast the page is, and what it takes, beside series that run; the journal keeps the parts that are not measured.
+# `make page-bench BENCH='--parts soak-short'`: memory while the events of a night come, 5 minutes; `soak`: shots of hours.
 page-bench: install
 	$(BIN)/python -m tests.page.bench --page docs/evidence/page.md --journal page-bench.json $(BENCH)
 	$(BIN)/python -m tests.evidence --measured page
