@@ -218,7 +218,7 @@ function hear(news) {
     if (leads) poll();
     return;
   }
-  const waited = isOld();
+  const waited = isOld() || (news.state?.platform && news.state.platform.running !== live.platform?.running);
   if (!news.silent) live.heard_ms = performance.now();
   if (news.state) Object.assign(live, news.state);
   /** @type {PlatformEvent[]} */
