@@ -6,6 +6,7 @@ PYTHON ?= $(shell for each in python3.14 python3.13 python3.12 python3.11 python
 BIN := .venv/bin
 STAMP := .venv/.installed
 PAGE := platform_daemon/features/page
+PAGES := page
 # Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources again.
 unexport PYTHONDONTWRITEBYTECODE
 
@@ -52,13 +53,13 @@ test-long: install
 test-real-time: install
 	$(BIN)/pytest -m real_time -n 0
 
-# The operator's page in a real Chromium, which is Debian's.
+# The operator's page in a real Chromium, which is Debian's; `PAGES=page_quick` takes a minute in place of eight.
 test-page: install
 	@command -v chromium > /dev/null || { apt-get update -qq && apt-get install -y -qq chromium; }
-	$(BIN)/pytest -m page -n 2 --dist loadfile
+	$(BIN)/pytest -m $(PAGES) -n 2 --dist loadfile
 
-# How fast the page is, and what it takes, beside series that run; `make page-bench BENCH='--parts soak'` measures one
-# part, and the journal keeps the others.
+# How fast the page is, and what it takes, beside series that run; the journal keeps the parts that are not measured.
+# `make page-bench BENCH='--parts soak-short'`: memory while the events of a night come, 5 minutes; `soak`: shots of hours.
 page-bench: install
 	$(BIN)/python -m tests.page.bench --page docs/evidence/page.md --journal page-bench.json $(BENCH)
 	$(BIN)/python -m tests.evidence --measured page

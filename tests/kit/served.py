@@ -54,7 +54,8 @@ class Served:
 
 @contextmanager
 def served(data, *options):
-    command = [COMMAND, "serve", "--port", "0", "--data", data, *options]
+    port = () if "--port" in options else ("--port", "0")
+    command = [COMMAND, "serve", *port, "--data", data, *options]
     with data.with_suffix(".log").open("w") as log:
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
         try:

@@ -28,7 +28,7 @@ from tests.kit.command_line import wait_for
 from tests.kit.served import ready
 
 from .lists import lists
-from .soak import soak
+from .soak import short_soak, soak
 
 MOST_REAL = 10
 """Browsers beyond so many are clients that ask for the same: each real one is a process that draws on this computer."""
@@ -79,7 +79,8 @@ def beside_a_series(browser, daemon, count):
     name = f"{count} browser{'' if count == 1 else 's'}" + (
         f", {count - real} of them simple clients" if count > real else ""
     )
-    with clients(daemon.address, count - real):
+    simple = max(count - real, min(count, 1))  # one draws nothing: how late events are at it is the daemon's share
+    with clients(daemon.address, simple) as heard_ms:
         job = daemon.post("/acquisitions", SERIES).json()["id"]
         web = psutil.Process(daemon.pid("web"))
         before, began_s = (_busy_s([web]), _busy_s(_browser())), time.monotonic()
@@ -96,8 +97,8 @@ def beside_a_series(browser, daemon, count):
         1000 * (shot["late_s"] or 0) for shot in daemon.get(f"/recordings/{job}").json()["shots"][1:]
     )
     if len(late) > 1:
-        p95 = statistics.quantiles(late, n=20)[-1]
-        yield f"event to pixel, p95, {name}", f"{p95:.0f} ms ({len(late)} events)", "200 ms"
+        yield f"event to pixel, p95, {name}", f"{_p95(late):.0f} ms ({len(late)} events)", "200 ms"
+        yield f"event to a client that draws nothing, p95, beside {name}", f"{_p95(heard_ms):.0f} ms", "-"
     if count == 1:
         yield f"the browser itself, {name}", f"{browsers:.1f} % of a core", "3 %"
     yield f"web process, {name}", f"{server:.1f} % of a core", "-"
@@ -116,21 +117,28 @@ def _busy_s(processes):
     return sum(sum(each.cpu_times()[:2]) for each in processes)
 
 
+def _p95(values):
+    return statistics.quantiles(values, n=20)[-1]
+
+
 @contextmanager
 def clients(address, count):
-    """A process of clients that read the events and ask for the state each second, as a page does."""
+    """A process of clients that read the events and ask for the state each second, as a page does.
+
+    Yields how late each event was at one of them, ms, which is known when it has ended.
+    """
+    heard_ms: list[float] = []
     if not count:
-        yield
+        yield heard_ms
         return
-    process = subprocess.Popen(
-        [sys.executable, "-m", "tests.page.clients", address, str(count)], stdout=subprocess.PIPE
-    )
+    command = [sys.executable, "-m", "tests.page.clients", address, str(count)]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     process.stdout.readline()  # all of them listen
     try:
-        yield
+        yield heard_ms
     finally:
-        process.terminate()
-        process.wait()
+        told, _ = process.communicate()
+    heard_ms += json.loads(told)
 
 
 def stop_and_halt(browser, daemon):
@@ -171,6 +179,7 @@ PARTS = {
     **{str(count): on_a_daemon(partial(beside_a_series, count=count), *REAL_TIME) for count in (0, 1, 10, 50)},
     "stop": on_a_daemon(stop_and_halt),
     "lists": lambda browser, data, options: lists(browser, data),
+    "soak-short": lambda browser, data, options: short_soak(browser, data),
     "soak": lambda browser, data, options: soak(browser, data, options.shots, 60 * options.minutes),
 }
 
@@ -179,7 +188,7 @@ def main() -> None:
     """Measure, print the rows of the table, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--page", type=Path, help="write the table there")
-    parser.add_argument("--parts", nargs="+", choices=PARTS, default=[name for name in PARTS if name != "soak"])
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=[name for name in PARTS if "soak" not in name])
     parser.add_argument("--journal", type=Path, help="rows of parts that were measured before, and of these")
     parser.add_argument("--shots", type=int, default=20_000, help="of the soak")
     parser.add_argument("--minutes", type=float, default=120.0, help="of the soak, at most")

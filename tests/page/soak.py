@@ -1,4 +1,8 @@
-"""What a browser and the web process take while a long series runs: the part `soak` of the bench of the page."""
+"""What a browser and the web process take while a long series runs: the parts `soak` and `soak-short` of the bench.
+
+The short one writes the events of eight hours at a shot a second into the journal within minutes; the shots that they
+name are those of one short series, so that what grows with the recording itself is seen by the long one only.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +11,23 @@ import time
 
 import psutil
 
+from platform_daemon.core.recordings.data_folder import data_paths
+from platform_daemon.core.schemas.events import FitEvent, ShotEvent
+from platform_daemon.core.state.event_journal import EventJournal
+from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.browser import visit
 from tests.kit.command_line import wait_for
+from tests.kit.rest import finished
 from tests.kit.served import ready
 
 SERIES = {"resonator": "jewel", "sequence": {"rx_s": 0.3}, "window": None}
 WARM_SHOTS = 500  # until then libraries are loaded, and lists fill up to what they keep
 LOOK_S = 20.0
+NIGHT_SHOTS = 8 * 3600
+NIGHT_S = 240.0  # of which the events of the night take
+STEP_S = 0.1
+NEWEST = "async () => (location.hash = '#/now', await new Promise(go => setTimeout(go, 2000)), document.body.innerText)"
+WARM_LOOKS = 1  # views are loaded, and the list of events is full
 
 
 def soak(browser, data, shots, limit_s):
@@ -31,8 +45,57 @@ def soak(browser, data, shots, limit_s):
     if not looks:
         yield "soak on the wall", f"fewer than {WARM_SHOTS} shots in {took_s / 60:.0f} min, nothing measured", "flat"
         return
+    yield from _rows(looks, f"{looks[-1][0]} shots in {took_s / 60:.0f} min on the wall")
+
+
+def short_soak(browser, data):
+    """A page on the wall that receives the events of a night within minutes."""
+    with ready(data) as daemon:
+        made = finished(daemon, daemon.post("/acquisitions", {**SHORT_JEWEL, "shots": 2}).headers["location"])["id"]
+        seen = visit(browser, daemon.address, "?wall")
+        journal = EventJournal(data_paths(data).events)
+        began_s = time.monotonic()
+        looks = list(_night(seen, daemon, journal, made))
+        took_s = time.monotonic() - began_s
+        journal.close()
+        assert seen.errors == []
+        seen.context.close()
+    yield from _rows(looks[WARM_LOOKS:], f"events of {looks[-1][0]} shots in {took_s / 60:.1f} min on the wall")
+
+
+def _night(seen, daemon, journal, made):
+    """Shots told so far, heap of the page and memory of the web process, MB: whenever Now is shown again."""
+    tools = seen.context.new_cdp_session(seen.page)
+    web = psutil.Process(daemon.pid("web"))
+    now = seen.page.locator("#nav a[aria-current=page][href='#/now']")
+    told, was_now, began_s = 0, True, time.monotonic()
+    while told < NIGHT_SHOTS:
+        due = min(NIGHT_SHOTS, round(NIGHT_SHOTS * (time.monotonic() - began_s) / NIGHT_S))
+        for shot in range(told + 1, due + 1):
+            for event in _events_of(made, shot):
+                journal.tell(event)
+        told = due
+        seen.page.wait_for_timeout(1000 * STEP_S)
+        is_now = now.count() == 1
+        if is_now and not was_now:
+            yield told, _used_mb(tools), web.memory_info().rss / 1e6
+        was_now = is_now
+    seen.page.wait_for_timeout(1000)
+    assert f"shot {told}" in seen.page.evaluate(NEWEST)
+    yield told, _used_mb(tools), web.memory_info().rss / 1e6
+
+
+def _events_of(made, shot):
+    about = {"job": made, "shot": shot, "verdict": "good", "reason": None}
+    yield ShotEvent(**about, of=NIGHT_SHOTS, recording=made, frame=shot % 2, blank=False)
+    yield FitEvent(
+        **about, f_nat_hz=213.0, f_nat_std_hz=1e-4, phi_max_rad=0.5, nrmse=0.01, chi2_per_dof=1.0, whiteness=0.5,
+        warnings=(), seconds=0.05,
+    )  # fmt: skip
+
+
+def _rows(looks, name):
     quarter = max(1, len(looks) // 4)
-    name = f"{looks[-1][0]} shots in {took_s / 60:.0f} min on the wall"
     for k, what in ((1, "heap of the page"), (2, "memory of the web process")):
         first, last = (statistics.median(look[k] for look in part) for part in (looks[:quarter], looks[-quarter:]))
         yield f"{what}, {name}", f"{last:.1f} MB, {last - first:+.1f} MB from the first to the last quarter", "flat"

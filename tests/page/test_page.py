@@ -18,6 +18,7 @@ from tests.kit.rest import finished
 from tests.kit.served import served
 
 pytestmark = pytest.mark.page
+QUICK = pytest.mark.page_quick
 
 VIEWS = (
     *("now", "shot", "series", "start", "jobs", "questions", "alarms", "recordings"),
@@ -33,6 +34,7 @@ def measured(shared_daemon):
     return finished(shared_daemon, answer.headers["location"])["id"]
 
 
+@QUICK
 def test_every_view_opens_without_an_error_and_nothing_comes_from_elsewhere(browse, measured):
     page = browse().page
     expect(page.locator("#fresh")).to_have_text("live")
@@ -42,8 +44,14 @@ def test_every_view_opens_without_an_error_and_nothing_comes_from_elsewhere(brow
         expect(page.locator("#view .error")).to_have_count(0)
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [320, 768, 1280, 3840])
+@pytest.mark.parametrize(
+    ("width", "scheme"),
+    [
+        pytest.param(width, scheme, marks=QUICK if (width, scheme) == (320, "dark") else ())
+        for width in (320, 768, 1280, 3840)
+        for scheme in ("light", "dark")
+    ],
+)
 def test_axe_finds_nothing_and_nothing_overflows(browse, measured, width, scheme):
     page = browse(viewport={"width": width, "height": 900}, color_scheme=scheme).page
     expect(page.locator("#fresh")).to_have_text("live")
@@ -71,6 +79,7 @@ def test_axe_finds_nothing_in_a_page_that_is_old(browse, daemon, scheme):
     assert [each["id"] for each in found] == []
 
 
+@QUICK
 def test_a_shot_is_drawn_with_its_parameters_and_a_zoom_loads_samples(browse, measured):
     visited = browse()
     open_view(visited.page, f"shot/{measured}/0")
@@ -99,6 +108,20 @@ def test_a_ramp_shows_where_it_goes_next_and_why_and_the_end(browse, daemon):
     expect(page.get_by_role("table", name="Posterior of the threshold")).to_contain_text("µT")
 
 
+@QUICK
+def test_a_ramp_is_planned_in_microtesla_and_the_next_view_begins_at_its_top(browse):
+    page = browse().page
+    open_view(page, "start/ramp")
+    expect(page.locator(".field", has=page.locator("#field-step_t"))).to_contain_text("= 10\u00a0µT")
+    page.locator("#field-acquisition-resonator").fill("thread_imperfect")
+    page.get_by_role("button", name="Check (dry run)").click()
+    expect(page.get_by_role("table", name="Steps")).to_contain_text(re.compile(r"field 1\d\d µT"))
+    page.evaluate("scrollTo(0, document.body.scrollHeight)")
+    open_view(page, "now")
+    expect(page.locator(".now")).to_contain_text("Devices")
+    assert page.evaluate("scrollY") == 0
+
+
 def test_a_metrologist_comes_from_a_specimen_to_its_recordings_and_sees_the_temperature(browse, measured):
     page = browse().page
     open_view(page, "specimens/J-01")
@@ -109,6 +132,7 @@ def test_a_metrologist_comes_from_a_specimen_to_its_recordings_and_sees_the_temp
     expect(page.get_by_role("img", name="temperature / °C by shot")).to_be_visible()
 
 
+@QUICK
 def test_a_series_is_started_by_keys_alone_after_its_dry_run(browse, daemon):
     visited = browse()
     page = visited.page
@@ -131,6 +155,7 @@ def test_a_series_is_started_by_keys_alone_after_its_dry_run(browse, daemon):
     expect(page.locator(".now")).to_contain_text("shot 1 of 30")
 
 
+@QUICK
 def test_escape_twice_stops_by_the_port_that_only_stops(browse, daemon):
     visited = browse()
     expect(visited.page.locator("#fresh")).to_have_text("live")
@@ -143,6 +168,7 @@ def test_escape_twice_stops_by_the_port_that_only_stops(browse, daemon):
     assert finished(daemon, f"/acquisitions/{job}")["state"] == "cancelled"
 
 
+@QUICK
 def test_what_is_refused_is_said_at_its_field_and_nothing_moves(browse, daemon):
     page = browse(expected_errors=("422",)).page
     open_view(page, "start")
@@ -156,6 +182,7 @@ def test_what_is_refused_is_said_at_its_field_and_nothing_moves(browse, daemon):
     expect(page.get_by_role("button", name="Start", exact=True)).to_be_disabled()
 
 
+@QUICK
 def test_a_double_click_sends_once(browse, daemon):
     visited = browse()
     open_view(visited.page, "start/self-test")
@@ -164,6 +191,7 @@ def test_a_double_click_sends_once(browse, daemon):
     assert len([url for _, url in visited.sent if url.endswith("/self-tests")]) == 1
 
 
+@QUICK
 def test_all_tabs_of_a_browser_share_one_stream_of_events(browse):
     visited = browse()
     expect(visited.page.locator("#fresh")).to_have_text("live")
@@ -175,6 +203,7 @@ def test_all_tabs_of_a_browser_share_one_stream_of_events(browse):
     assert len([url for url in visited.requests if url.endswith("/events")]) == 1
 
 
+@QUICK
 def test_a_daemon_that_is_halted_is_seen_and_one_that_answers_again_too(browse, daemon):
     page = browse(expected_errors=("Failed to load",)).page
     expect(page.locator("#fresh")).to_have_text("live")

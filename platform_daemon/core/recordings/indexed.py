@@ -68,6 +68,24 @@ class IndexedRecording:
 
 
 @dataclass(frozen=True)
+class IndexedSpecimen:
+    """What the index holds of all recordings of a specimen with fits.
+
+    identifiers: oldest first; first, last: begin of the oldest and the newest, ISO 8601; shots: that were fitted;
+    resonators: recordings by name, the one that was measured last first; calibrations: recordings by name of the
+    receive calibration, without those that name none; tags: in the order of the alphabet.
+    """
+
+    identifiers: Sequence[str]
+    first: str
+    last: str
+    shots: int
+    resonators: Mapping[str, int]
+    calibrations: Mapping[str, int]
+    tags: Sequence[str]
+
+
+@dataclass(frozen=True)
 class IndexedSummary:
     """What a list says of a recording: its sample and resonator, frames by verdict, and the means of its good fits.
 

@@ -11,9 +11,9 @@ import json
 import os
 import sqlite3
 import tempfile
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,15 @@ from platform_daemon.core.state.database import Database, Schema, WhenDamaged, d
 from platform_daemon.core.state.durable import storage_error
 from platform_daemon.core.state.errors import IndexUnfinished, RecordingNotNow
 
-from .indexed import IndexedPoint, IndexedRecording, IndexedShot, IndexedSummary, IndexUpdate, Wanted
+from .indexed import (
+    IndexedPoint,
+    IndexedRecording,
+    IndexedShot,
+    IndexedSpecimen,
+    IndexedSummary,
+    IndexUpdate,
+    Wanted,
+)
 
 INDEX = ".index.db"
 """Name of the file in the folder of the recordings; no recording has such a name."""
@@ -228,10 +236,32 @@ class RecordingIndex:
         for name, tag in self._file.rows(f"SELECT recording, tag FROM tags WHERE {among}", values):
             tags[name].add(tag)
         of_all = f"SELECT recording, at, shots, temperature, field, fitted FROM points WHERE {among} ORDER BY number"
-        for name, at, n, warm, field_t, text in self._file.rows(of_all, values):
-            points[name].append(IndexedPoint(at, n, warm, field_t, json.loads(text)))
-        made = [IndexedRecording(*row) for row in found]
-        return [replace(m, tags=frozenset(tags[m.identifier]), points=points[m.identifier]) for m in made]
+        rows = self._file.rows(of_all, values)
+        fitted = json.loads(f"[{','.join(text for *_, text in rows)}]")  # at once: calls take as long again
+        for (name, at, n, warm, field_t, _), figures in zip(rows, fitted, strict=True):
+            points[name].append(IndexedPoint(at, n, warm, field_t, figures))
+        return [IndexedRecording(*row, frozenset(tags[row[0]]), points[row[0]]) for row in found]
+
+    def specimen(self, name: str) -> IndexedSpecimen | None:
+        """What its page says of a specimen; None: no recording of it has fits."""
+        of_it = "FROM recordings WHERE specimen = ? AND fit IS NOT NULL"
+        found = self._all_rows(
+            f"SELECT identifier, begun, resonator, calibration {of_it} ORDER BY begun, identifier", (name,)
+        )
+        if not found:
+            return None
+        among = f"WHERE recording IN (SELECT identifier {of_it})"
+        ((shots,),) = self._file.rows(f"SELECT total(shots) FROM points {among}", (name,))
+        tags = self._file.rows(f"SELECT DISTINCT tag FROM tags {among} ORDER BY tag", (name,))
+        return IndexedSpecimen(
+            identifiers=[row[0] for row in found],
+            first=found[0][1],
+            last=found[-1][1],
+            shots=int(shots),
+            resonators=Counter(row[2] for row in reversed(found)),
+            calibrations=Counter(row[3] for row in found if row[3] is not None),
+            tags=[tag for (tag,) in tags],
+        )
 
     def summaries(self, identifiers: Sequence[str]) -> dict[str, IndexedSummary]:
         """What a list says of these recordings, by id, without those that are not in the index or cannot be read."""

@@ -40,6 +40,7 @@ class TrendKeeper:
         self._looks = 0
         self._changed: set[str] = set()
         self._kept: dict[str, tuple[int, TrendReport]] = {}
+        self._making = threading.Lock()
         self._next_s = 0.0
         self._ended = False
         self._wake = threading.Event()
@@ -131,10 +132,9 @@ class TrendKeeper:
 
         Raises UnknownSpecimen, StorageError.
         """
-        looks, found = self._kept.get(specimen, (-1, None))
-        if found is not None and looks == self._looks:
-            return found
-        return self._make(specimen)
+        with self._making:  # a page asks for the trend and for the specimen at once: both wait for one report
+            looks, found = self._kept.get(specimen, (-1, None))
+            return found if found is not None and looks == self._looks else self._make(specimen)
 
     def _make(self, specimen: str) -> TrendReport:
         looks = self._looks
@@ -147,7 +147,8 @@ class TrendKeeper:
     def judge(self, specimen: str) -> None:
         """Raise or clear the alarms of a specimen.  Raises UnknownSpecimen, StorageError."""
         specimen = same_name(specimen)
-        report = self._make(specimen)
+        with self._making:
+            report = self._make(specimen)
         persistent = {each.name: each for each in report.changes if each.stands}
         for name, change in persistent.items():
             what = f"{specimen} since {change.since}: {change.what}. See GET /specimens/{specimen}/trend"

@@ -12,7 +12,7 @@ import structlog
 
 from drivers.errors import InputError
 from platform_daemon.core.recordings.index import Entry
-from platform_daemon.core.recordings.indexed import IndexedRecording, IndexedSummary, IndexUpdate, Wanted
+from platform_daemon.core.recordings.indexed import IndexedSpecimen, IndexedSummary, IndexUpdate, Wanted
 from platform_daemon.core.recordings.recording_index import RecordingIndex, open_index
 from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.state.errors import StorageError
@@ -112,21 +112,27 @@ def indexed_trend(
     return report.model_copy(update={"notes": (note, *report.notes)})
 
 
-def indexed_recordings(folder: Path, specimen: str) -> list[IndexedRecording]:
-    """Those with on-line fits, oldest first.  Raises UnknownSpecimen, StorageError."""
+def indexed_specimen(folder: Path, specimen: str) -> IndexedSpecimen:
+    """What is known of its recordings with on-line fits.  Raises UnknownSpecimen, StorageError."""
     specimen = same_name(specimen)
     with closing(open_index(folder)) as index:
-        check_known(index, specimen)
-        return list(index.recordings(specimen))
+        found = index.specimen(specimen)
+        if found is None:
+            raise _unknown(specimen, index.specimens())
+        return found
 
 
 def check_known(index: RecordingIndex, specimen: str) -> None:
     """Raises UnknownSpecimen."""
     specimens = index.specimens()
     if specimen not in specimens:
-        why = f"those with on-line fits: {', '.join(specimens[:20]) or 'none yet'}"
-        remedy = "name one of them; `sample` of an acquisition is the name of the specimen, else its resonator's"
-        raise UnknownSpecimen(f"no recording is of {specimen!r}", where="specimen", why=why, remedy=remedy)
+        raise _unknown(specimen, specimens)
+
+
+def _unknown(specimen: str, known: Sequence[str]) -> UnknownSpecimen:
+    why = f"those with on-line fits: {', '.join(known[:20]) or 'none yet'}"
+    remedy = "name one of them; `sample` of an acquisition is the name of the specimen, else its resonator's"
+    return UnknownSpecimen(f"no recording is of {specimen!r}", where="specimen", why=why, remedy=remedy)
 
 
 class UnknownSpecimen(InputError):

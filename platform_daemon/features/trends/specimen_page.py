@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable
 from urllib.parse import quote
 
@@ -21,24 +20,23 @@ from .schema import SpecimenPage, SpecimenResonator
 
 def specimen_page(specimen: str, context: Context) -> SpecimenPage:
     """The page.  Raises UnknownSpecimen, StorageError."""
-    from .indexed import indexed_recordings
+    from .indexed import indexed_specimen
 
     specimen = same_name(specimen)
-    found = indexed_recordings(context.folders.recordings, specimen)
+    found = indexed_specimen(context.folders.recordings, specimen)
     trend = context.part(TrendKeeper).trend(specimen)
-    newest_first = Counter(each.resonator for each in reversed(found))
     here = f"/specimens/{quote(specimen, safe='')}"
     parts = {"trend": "/trend", "picture": "/trend/picture", "table": "/trend/table"}
     return SpecimenPage(
         specimen=specimen,
-        recordings=len(found),
-        shots=sum(point.shots for each in found for point in each.points),
-        first=found[0].begun,
-        last=found[-1].begun,
-        resonators=tuple(_resonator(name, count, context) for name, count in newest_first.items()),
-        calibrations=dict(Counter(each.calibration for each in found if each.calibration is not None)),
-        models=_models({each.identifier for each in found}, context),
-        tags=tuple(sorted({tag for each in found for tag in each.tags})),
+        recordings=len(found.identifiers),
+        shots=found.shots,
+        first=found.first,
+        last=found.last,
+        resonators=tuple(_resonator(name, count, context) for name, count in found.resonators.items()),
+        calibrations=dict(found.calibrations),
+        models=_models(found.identifiers, context),
+        tags=tuple(found.tags),
         changes=tuple(each for each in trend.changes if each.stands),
         links={
             "self": here,

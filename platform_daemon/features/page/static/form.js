@@ -1,6 +1,6 @@
 // Forms from JSON schemas: fields with unit, limits and default; refusals appear at the field that they name.
 import { h } from "./dom.js";
-import { significant, unitOf, words } from "./format.js";
+import { microtesla, significant, unitOf, words } from "./format.js";
 
 /** @typedef {Record<string, any>} JsonSchema */
 /** @typedef {{element: HTMLElement, read: () => any, write: (value: any) => void, path: string, input?: HTMLElement, note?: HTMLElement, parts?: Field[], setHints?: (hints: any) => void}} Field */
@@ -96,12 +96,22 @@ export class SchemaForm {
     const note = h("span", { class: "inline-error", id: `${id}-note`, role: "alert" });
     const about = h("span", { class: "hint", id: `${id}-hint` }, describe(schema));
     input.setAttribute("aria-describedby", `${id}-hint ${id}-note`);
-    const element = h("div", { class: "field" }, h("label", { for: id }, words(key), unit ? ` / ${unit}` : "", required ? " (needed)" : ""), h("div", { class: "row" }, input), about, note);
+    const small = unit === "T" && h("span", { class: "hint" });
+    const showSmall = () => { if (small) small.textContent = inMicrotesla(input.value || input.placeholder); };
+    input.addEventListener("input", showSmall);
+    showSmall();
+    const element = h("div", { class: "field" }, h("label", { for: id }, words(key), unit ? ` / ${unit}` : "", required ? " (needed)" : ""), h("div", { class: "row" }, input, small), about, note);
     /** @type {Field} */
     const field = { element, path, read, write, input, note };
     this.fields.push(field);
     return field;
   }
+}
+
+/** A field as people name it, beside the one in T. @param {string} text */
+function inMicrotesla(text) {
+  const tesla = Number.parseFloat(text);
+  return Number.isFinite(tesla) ? `= ${microtesla(tesla)}` : "";
 }
 
 /** @param {JsonSchema} schema */

@@ -6,7 +6,11 @@ import { getPageFile } from "./api.js";
 /** @type {Record<string, Definition>} */
 let definitions = {};
 /** What is no parameter of a fit. @type {Record<string, Definition>} */
-const OTHERS = { temperature_c: { symbol: "temperature", display_unit: "°C", display_factor: 1, description: "Temperature of the platform" } };
+const OTHERS = {
+  temperature_c: { symbol: "temperature", display_unit: "°C", display_factor: 1, description: "Temperature of the platform" },
+  nrmse: { symbol: "residual", display_unit: "%", display_factor: 100, description: "Root mean square of the residual over that of the signal" },
+  ...Object.fromEntries(["x", "y", "z"].map((axis) => [`noise_${axis}_v`, { symbol: `noise ${axis}`, display_unit: "mV", display_factor: 1000, description: `Standard deviation of the noise of channel ${axis}` }])),
+};
 
 /** Loads symbols and units of the parameters, which the daemon defines. */
 export async function loadDefinitions() {

@@ -160,7 +160,7 @@ async function readEvents(signal) {
     try {
       await loadAlarms(AbortSignal.any([either, AbortSignal.timeout(POLL_LIMIT_MS)]));
       if (lastId && Date.now() - listened_ms > REPLAYED_MS) {
-        tell({ event: { id: lastId, at: null, what: { kind: "dropped", count: null } } });
+        tell({ events: [{ id: lastId, at: null, what: { kind: "dropped", count: null } }] });
         lastId = "";
       }
       const headers = withToken({ Accept: "text/event-stream", ...(lastId ? { "Last-Event-ID": lastId } : {}) });
@@ -196,11 +196,14 @@ async function readStream(body) {
     text += decoder.decode(value, { stream: true }).replaceAll("\r", "");
     const parts = text.split("\n\n");
     text = parts.pop() ?? "";
-    for (const part of parts) {
-      const data = part.split("\n").filter((line) => line.startsWith("data:"));
-      if (data.length) tell({ event: JSON.parse(data.map((line) => line.slice(5)).join("\n")) });
-    }
+    const events = parts.map(dataOf).filter(Boolean).map((data) => JSON.parse(data));
+    if (events.length) tell({ events });
   }
+}
+
+/** The data of one server-sent event. @param {string} part */
+function dataOf(part) {
+  return part.split("\n").filter((line) => line.startsWith("data:")).map((line) => line.slice(5)).join("\n");
 }
 
 /** Shows something here and in the other tabs. @param {any} news */
@@ -215,20 +218,22 @@ function hear(news) {
     if (leads) poll();
     return;
   }
-  const waited = isOld();
+  const waited = isOld() || (news.state?.platform && news.state.platform.running !== live.platform?.running);
   if (!news.silent) live.heard_ms = performance.now();
   if (news.state) Object.assign(live, news.state);
-  if (news.event) {
-    const event = news.event;
+  /** @type {PlatformEvent[]} */
+  const events = news.events ?? [];
+  if (events.length) {
     live.event_ms = performance.now();
-    lastId = String(event.id);
+    lastId = String(events[events.length - 1].id);
     listened_ms = Date.now();
-    live.events = [...live.events.slice(1 - KEPT_EVENTS), event];
-    for (const call of eventListeners) call(event);
-    if (leads && event.what.kind === "alarm") loadAlarms();
-    if (leads && event.what.kind === "job") poll();
+    live.events = [...live.events, ...events].slice(-KEPT_EVENTS);
+    for (const event of events) for (const call of eventListeners) call(event);
+    const kinds = new Set(events.map((event) => event.what.kind));
+    if (leads && kinds.has("alarm")) loadAlarms();
+    if (leads && kinds.has("job")) poll();
   }
-  if (news.event || waited) draw(); // what is polled is drawn with the next tick, so that an event need not wait for it
+  if (events.length || waited) draw(); // what is polled is drawn with the next tick, so that an event need not wait for it
 }
 
 function draw() {

@@ -63,6 +63,7 @@ async function route() {
   const problem = (complaint = h("div", {}));
   section.append(problem, content);
   root.replaceChildren(section);
+  scrollTo(0, 0); // another view begins at its top
   try {
     const view = await entry.load();
     const made = (await view.show(content, parts)) ?? {};

@@ -100,7 +100,7 @@ export class Plot {
       bands,
       legend: { show: false },
       cursor: { drag: { x: true, y: false, setScale: !picture.onZoom }, points: { size: 5 } },
-      scales: { x: { time: false }, y: picture.log ? { distr: 3 } : {} },
+      scales: { x: { time: false }, y: picture.log ? { distr: 3 } : { range: (/** @type {any} */ _, /** @type {number} */ low, /** @type {number} */ high) => this.rangeOf(low, high) } },
       axes: [
         { stroke: ink, grid, ticks: grid, label: picture.xLabel, labelSize: 20, size: 34, ...(picture.whole ? { incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000] } : {}) },
         { stroke: ink, grid: picture.log ? { ...grid, filter: decades } : grid, ticks: grid, label: picture.yLabel, labelSize: 20, size: 76, values: axisValues(picture.log) },
@@ -117,6 +117,12 @@ export class Plot {
         })],
       },
     };
+  }
+
+  /** The range of y: the values, and the limits that they are held against. @param {number | null} low @param {number | null} high */
+  rangeOf(low, high) {
+    const all = [low, high, ...(this.picture?.limits ?? [])].filter((v) => typeof v === "number" && Number.isFinite(v)).map(Number);
+    return all.length ? /** @type {any} */ (window).uPlot.rangeNum(Math.min(...all), Math.max(...all), 0.1, true) : [0, 1];
   }
 
   resize() {

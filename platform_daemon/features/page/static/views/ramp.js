@@ -24,7 +24,8 @@ export async function show(root, parts) {
   const head = h("div");
   const places = [h("div"), h("div"), h("div")];
   const steps = h("div");
-  root.replaceChildren(head, h("div", { class: "plots" }, places), steps);
+  const pictures = h("div", { class: "plots", hidden: true }, places);
+  root.replaceChildren(head, pictures, steps);
   const plots = places.map((place) => new Plot(place));
   let job = await get(pathOfJob(id));
 
@@ -48,6 +49,7 @@ export async function show(root, parts) {
       ["Next field", next ? `${microtesla(next.field_t)}: ${WHY[next.why]}; the threshold lies at or below it with a chance of ${significant(100 * next.chance, 2)} %` : null],
       ["Why it ended", job.result.stopped], ["Why it failed", job.error?.detail],
     ]), h("p", { class: "buttons" }, jobActions(job, load)));
+    pictures.hidden = !outcome;
     if (!outcome) return;
     const list = outcome.steps;
     const x = list.map((/** @type {any} */ step) => step.field_t * 1e6);

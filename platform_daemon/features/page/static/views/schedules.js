@@ -13,7 +13,6 @@ const HOUR = new Intl.DateTimeFormat(undefined, { timeStyle: "short" });
 
 /** @param {HTMLElement} root @param {string[]} parts */
 export async function show(root, parts) {
-  const disabled = !mayOperate();
   if (parts[0]) return showLedger(root, parts[0]);
   const list = h("div");
   const calendar = h("div");
@@ -21,12 +20,9 @@ export async function show(root, parts) {
 
   async function load() {
     const all = await getList("schedules?limit=200", 1000);
-    fill(list, table("Schedules", ["Name", "When", "What", "Next", "State", "Actions"], all.map((each) => [
-      h("a", { href: `#/schedules/${each.id}` }, each.request.name), trigger(each.request.trigger), work(each.request.work), when(each.next_due),
-      each.active ? "active" : `off${each.reason ? `: ${each.reason}` : ""}`,
-      h("span", { class: "buttons" },
-        each.active ? actionButton("Pause", () => act(each, "pause"), { disabled }) : actionButton("Resume", () => act(each, "resume"), { disabled }),
-        actionButton("Run now", () => act(each, "run"), { disabled })),
+    fill(list, table("Schedules", ["Name", "When", "What", "Next", "State", "Failures in a row", "Actions"], all.map((each) => [
+      h("a", { href: `#/schedules/${each.id}` }, each.request.name), trigger(each.request.trigger), work(each.request.work), each.active ? when(each.next_due) : "–",
+      stateOf(each), each.failures || "", h("span", { class: "buttons" }, actions(each, load)),
     ]), "none yet"));
     const coming = await Promise.all(all.filter((each) => each.active).map(async (each) => {
       const asked = { ...each.request, start: each.request.start ?? each.created }; // an interval counts from there
@@ -37,14 +33,22 @@ export async function show(root, parts) {
       coming.filter((due) => due.length >= COMING && Date.parse(due.at(-1)?.due ?? "") < Date.now() + DAYS * 86_400_000).map((due) => h("p", { class: "hint" }, `${due[0].name} (${trigger(due[0].trigger)}) is due after `, when(due.at(-1)?.due), " as well.")));
   }
 
-  /** @param {any} schedule @param {string} what */
-  async function act(schedule, what) {
-    await send("POST", `schedules/${schedule.id}/${what}`);
-    await load();
-  }
-
   await load();
   return { load, concerns: (/** @type {any} */ what) => what.kind === "schedule" };
+}
+
+/** @param {any} schedule */
+function stateOf(schedule) {
+  return schedule.active ? "active" : `off${schedule.reason ? `: ${schedule.reason}` : ""}`;
+}
+
+/** Buttons of a schedule. @param {any} schedule @param {() => Promise<void>} after */
+function actions(schedule, after) {
+  const button = (/** @type {string} */ text, /** @type {string} */ what) => actionButton(text, async () => {
+    await send("POST", `schedules/${schedule.id}/${what}`);
+    await after();
+  }, { disabled: !mayOperate() });
+  return [schedule.active ? button("Pause", "pause") : button("Resume", "resume"), button("Run now", "run")];
 }
 
 /** A calendar: each day with what is due then. @param {{due: string, name: string}[]} coming in their order */
@@ -80,16 +84,16 @@ function work(w) {
 
 /** @param {HTMLElement} root @param {string} id */
 async function showLedger(root, id) {
-  const found = await get(`schedules/${id}`);
+  const head = h("div");
   const only = h("select", { id: "only", onchange: load }, h("option", { value: "" }, "everything"), h("option", { value: "not" }, "what did not run"));
   const list = h("div");
-  fill(root, h("h2", {}, found.request.name), facts([
-    ["When", trigger(found.request.trigger)], ["What", work(found.request.work)], ["Next", when(found.next_due)],
-    ["State", found.active ? "active" : `off${found.reason ? `: ${found.reason}` : ""}`], ["Failures in a row", found.failures],
-  ]), h("p", { class: "buttons" }, actionButton("Remove the schedule", async () => { await send("DELETE", `schedules/${id}`); location.hash = "#/schedules"; }, { disabled: !mayOperate() })),
-  h("div", { class: "filters" }, h("label", { for: "only" }, "Show ", only)), list);
+  fill(root, head, h("div", { class: "filters" }, h("label", { for: "only" }, "Show ", only)), list);
 
   async function load() {
+    const found = await get(`schedules/${id}`);
+    fill(head, h("h2", {}, found.request.name), facts([
+      ["When", trigger(found.request.trigger)], ["What", work(found.request.work)], ["Next", found.active ? when(found.next_due) : null], ["State", stateOf(found)], ["Failures in a row", found.failures],
+    ]), h("p", { class: "buttons" }, actions(found, load), actionButton("Remove the schedule", async () => { await send("DELETE", `schedules/${id}`); location.hash = "#/schedules"; }, { disabled: !mayOperate() })));
     const rows = await getList(`schedules/${id}/ledger?limit=1000`, Infinity);
     const shown = only.value ? rows.filter((row) => row.state !== "run") : rows;
     const counts = Object.entries(Object.groupBy(rows, (row) => row.state)).map(([state, each]) => `${each?.length} ${plain(state)}`);

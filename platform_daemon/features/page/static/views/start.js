@@ -2,7 +2,7 @@
 import { get, getList, send } from "../api.js";
 import { errorBox, errorText, facts, fill, h, say, table } from "../dom.js";
 import { SchemaForm } from "../form.js";
-import { duration, microtesla, plain, significant, size, words } from "../format.js";
+import { duration, microtesla, plain, significant, size, unitOf, words } from "../format.js";
 import { pathOfJob, refresh } from "../live.js";
 import { mayOperate } from "./job_actions.js";
 
@@ -153,9 +153,19 @@ function planOf(plan) {
       .../** @type {[string, any][]} */ (Object.entries(plan).filter(([key, value]) => !known.has(key) && (typeof value !== "object" || value === null)).map(([key, value]) => [words(key), value === null ? null : String(value)])),
     ]),
     plan.warnings?.length ? h("ul", { class: "warn" }, plan.warnings.map((/** @type {string} */ text) => h("li", {}, text))) : h("p", { class: "good" }, "No warnings."),
-    Array.isArray(plan.steps) && plan.steps.length > 1 && table("Steps", ["Step", "Values", "Field", "Lasts"], plan.steps.map((/** @type {any} */ step, /** @type {number} */ k) => [
-      step.step ?? k + 1, (step.values ?? []).map((/** @type {any} */ v) => `${v.key} ${v.value}`).join(", "), microtesla(step.shot?.peak_field_t ?? step.field_t) ?? "", duration(step.duration_s)])),
+    Array.isArray(plan.steps) && plan.steps.length > 1 && table("Steps", ["Step", "Values", "Peak field", "Lasts"].filter((name) => name !== "Peak field" || field(plan.steps[0])), plan.steps.map((/** @type {any} */ step, /** @type {number} */ k) => [
+      step.step ?? k + 1, (step.values ?? []).map(valueOf).join(", "), ...(field(plan.steps[0]) ? [field(step)] : []), duration(step.duration_s)])),
   );
+}
+
+/** @param {any} step */
+function field(step) {
+  return microtesla(step.shot?.peak_field_t ?? step.field_t);
+}
+
+/** A value that a step sets, with its unit: "field 110 µT". @param {{key: string, value: any}} set */
+function valueOf({ key, value }) {
+  return `${words(key)} ${typeof value === "number" ? significant(value, 5) : value} ${unitOf(key)}`.trim();
 }
 
 /** @param {Record<string, number>} values @param {string} unit */
