@@ -376,7 +376,8 @@ def _undeclared(k: int, effects: Sequence[Effect], least: float) -> list[NotDecl
 
 def _add_model(k: int, told: Statistics, lines: list[tuple[InputQuantity, float]], missing: list[NotDeclared]) -> None:
     if told.difference is None or told.difference_std is None:
-        missing.append(NotDeclared("model (it is seen where D30 and N50 are both fitted), per its own error", 1.0))
+        what = "model (it is seen where D30 and N50 are both fitted), per its own error"
+        missing.append(NotDeclared(what, 1.0, untested=True))
         return
     difference, std = float(told.difference[k]), float(told.difference_std[k])
     if (u := float(_model_u(told)[k])) > 0.0:
@@ -384,4 +385,4 @@ def _add_model(k: int, told: Statistics, lines: list[tuple[InputQuantity, float]
         lines.append((InputQuantity(name="model", value=0.0, u=u, distribution="rectangular", source=source), 1.0))
     elif std > 0.0:
         said = f"N50 and D30 agree within their noise of {std:.2g}"
-        missing.append(NotDeclared(f"model ({said}), per its own error", 1.0))
+        missing.append(NotDeclared(f"model ({said}), per its own error", 1.0, looked_for=True))
