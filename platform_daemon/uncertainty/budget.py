@@ -38,13 +38,11 @@ class NotDeclared:
         name: of the influence, with the unit that it counts in.
         would_add_per_unit: |sensitivity|: standard uncertainty of the result for each such unit; NaN: not known.
         looked_for: it was tested, and less than its own error was seen.
-        untested: whether it is there at all was not tested, so that its size is not known.
     """
 
     name: str
     would_add_per_unit: float
     looked_for: bool = False
-    untested: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

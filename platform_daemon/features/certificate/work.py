@@ -100,7 +100,7 @@ def refuse_dominated(results: Sequence[Budget], where: str) -> None:
         for missing in each.not_declared:
             adds = missing.would_add_per_unit
             unknown = math.isnan(adds)
-            if not missing.looked_for and (unknown or missing.untested or adds > each.u):
+            if not missing.looked_for and (unknown or adds > each.u):
                 found.append(f"{each.quantity}: {missing.name}" + ("" if unknown else f" adds {adds:.3g}"))
     if found:
         raise InputError(

@@ -96,8 +96,7 @@ def _with(missing):
         (NotDeclared("temperature, per 1 K", 0.23), True),
         (NotDeclared("static field, per 1 uT", 0.007), False),
         (NotDeclared("position, per 1 mm", math.nan), True),
-        (NotDeclared("model, per its own error", 1e-3, untested=True), True),
-        (NotDeclared("model, per its own error", 1.0, looked_for=True), False),
+        (NotDeclared("model (N50 and D30 agree)", 0.1, looked_for=True), False),
     ],
 )
 def test_what_nobody_has_declared_must_not_dominate(missing, refused):
