@@ -89,8 +89,8 @@ class Statistics:
 
 
 @dataclass(frozen=True, eq=False)
-class MeanOfShots:
-    """What the budgets of a mean are made of.
+class BudgetParts:
+    """What the budgets of a result are made of.
 
     Attributes:
         effects: of every influence; given: what they depend on; told: what the fits themselves say; frames: of these.
@@ -124,6 +124,19 @@ def shot_budgets(
     refused fit, a certificate that does not hold, or correlations that contradict each other.
     """
     checked_coverage(coverage)
+    found = parts_of_shot(measurement, frame, ask, fit=fit, declared=declared)
+    return replace(found.budgets(coverage), off_centre=off_centre(found.given, found.effects))
+
+
+def parts_of_shot(
+    measurement: Measurement,
+    frame: int,
+    ask: FitRequest,
+    *,
+    fit: FitResult | None = None,
+    declared: DeclaredUncertainty | None = None,
+) -> BudgetParts:
+    """What the budgets of the fit of one frame are made of, as `shot_budgets` says."""
     used = fit or fit_frame_of(measurement, frame, ask)
     if used.verdict != "good":
         remedy = "name another shot"
@@ -142,7 +155,7 @@ def shot_budgets(
     own[np.ix_(free, free)] = used.covariance
     values = np.array([each.value for each in used.parameters.values()])
     told = Statistics(names, values, own, "noise", "covariance of the fit", math.inf, difference, std)
-    return replace(budgets_by(effects, given, told, (frame,), coverage), off_centre=off_centre(given, effects))
+    return BudgetParts(effects, given, told, (frame,))
 
 
 def series_budgets(
@@ -160,17 +173,17 @@ def series_budgets(
     `shot_budgets` does.
     """
     checked_coverage(coverage)
-    found = mean_of_series(measurement, ask, frames=frames, declared=declared)
+    found = parts_of_series(measurement, ask, frames=frames, declared=declared)
     return replace(found.budgets(coverage), off_centre=off_centre(found.given, found.effects))
 
 
-def mean_of_series(
+def parts_of_series(
     measurement: Measurement,
     ask: FitRequest,
     *,
     frames: Sequence[int] | None = None,
     declared: DeclaredUncertainty | None = None,
-) -> MeanOfShots:
+) -> BudgetParts:
     """What the budgets of the mean over a series are made of, as `series_budgets` says."""
     usable = [k for k in (range(measurement.frames) if frames is None else frames) if measurement.excuse(k) is None]
     kept = recorded_fits(measurement, ask)
@@ -194,13 +207,13 @@ def mean_of_series(
     return _mean_of(measurement, reports, reports_short, middle, used, short.get(middle), declared)
 
 
-def mean_of_fits(
+def parts_of_fits(
     measurement: Measurement,
     ask: FitRequest,
     long: Sequence[FrameFit],
     short: Sequence[FrameFit],
     held: Mapping[str, float],
-) -> MeanOfShots:
+) -> BudgetParts:
     """What the budgets of the mean of good D30 fits are made of, which were made already.
 
     short: the good N50 fits of any of these frames, which hold `held`, SI; of such a parameter nobody can see whether
@@ -256,7 +269,7 @@ def _mean_of(
     used: FitResult,
     used_short: FitResult | None,
     declared: DeclaredUncertainty | None,
-) -> MeanOfShots:
+) -> BudgetParts:
     good = tuple(report.frame for report in reports)
     given = _situation(measurement, good, middle, used, declared)
     effects = effects_of(given)
@@ -268,7 +281,7 @@ def _mean_of(
             other = effects_of(_situation(measurement, good, middle, used_short, declared))
             std = np.hypot(std, _explained(effects, other))
         told = replace(told, difference=difference, difference_std=std)
-    return MeanOfShots(effects, given, told, good)
+    return BudgetParts(effects, given, told, good)
 
 
 def budgets_of(

@@ -17,7 +17,7 @@ from platform_daemon.core.schemas.derived import EnvelopesReport, FrameQuantitie
 from platform_daemon.core.schemas.fits import BLANK, FitReport, FrameFit
 from platform_daemon.core.schemas.parameters import names_in_order
 from platform_daemon.features.budget.schema import BudgetReport
-from platform_daemon.features.budget.work import mean_of_fits
+from platform_daemon.features.budget.work import parts_of_fits
 from platform_daemon.features.budget.written import budget_report
 from platform_daemon.features.fit.batch.executors import WorkerPool
 from platform_daemon.features.fit.batch.run import Advanced, Finished, fit_files
@@ -215,7 +215,7 @@ def _mean_budgets(
     if len(d30.good_frames) < _FEWEST:
         return (), ()
     try:
-        made = mean_of_fits(measurement, ask, d30.good_frames, n50.good_frames, held)
+        made = parts_of_fits(measurement, ask, d30.good_frames, n50.good_frames, held)
         return tuple(map(budget_report, made.budgets(COVERAGE).budgets)), ()
     except (InputError, RecordingError) as error:
         return (), (f"the means have no uncertainty budget: {error}",)
