@@ -7,19 +7,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from statistics import fmean
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from drivers.entry_points import MEASURAND_MODELS, load
 from drivers.errors import InputError
-from platform_daemon.features.budget.written import budget_report
 from platform_daemon.uncertainty.budget import Budget
 from platform_daemon.uncertainty.calibration_curve import CalibratedCurve
 from platform_daemon.uncertainty.curves import Curve, Dipole, Polynomial
 from platform_daemon.uncertainty.inputs import InputQuantity
 
 from .schema import MeasurandCalibration, MeasurandReading, MeasurandReport, UnreadShot
-from .shots import Shots
+
+if TYPE_CHECKING:
+    from .shots import Shots
 
 SECONDS_PER_DAY = 86400.0
 
@@ -212,6 +214,8 @@ def _mean(
 def _reading(
     found: Budget, frames: tuple[int, ...], at_s: float | None, f: float, celsius: float | None, outside: bool
 ) -> MeasurandReading:
+    from platform_daemon.features.budget.written import budget_report  # fits, which a reading alone does not need
+
     written = budget_report(found)
     return MeasurandReading(
         frames=frames,
