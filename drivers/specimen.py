@@ -129,6 +129,18 @@ class Measurand(_Section):
     longest_lag_s: NonNegative = Field(
         default=0.0, description="The resonator may follow the reference, or precede it, by as much, s; 0: by nothing."
     )
+    lowest: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
+        default=None, description="An alarm is raised for readings below it, in `unit`; null: none."
+    )
+    highest: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
+        default=None, description="An alarm is raised for readings above it, in `unit`; null: none."
+    )
+
+    @model_validator(mode="after")
+    def _limits_in_order(self) -> Measurand:
+        if self.lowest is not None and self.highest is not None and self.highest <= self.lowest:
+            raise ValueError("highest is not above lowest: no reading is between them")
+        return self
 
 
 class SideModeLimit(_Section):

@@ -117,6 +117,36 @@ class Fit(Mapping[str, Estimate]):
         found = shot_budgets(measurement, self.frame, self._ask, fit=self.result, declared=declared, coverage=coverage)
         return found.of(quantity)
 
+    def measurand(
+        self,
+        calibration: str,
+        *,
+        folder: str | Path = Path("data", "measurands"),
+        coverage: float = 0.95,
+        extrapolate: bool = False,
+    ) -> Budget:
+        """The quantity that the resonator is calibrated as a sensor for, with its budget.
+
+        Args:
+            calibration: KEY, of which the newest version counts, or KEY@VERSION, as `measurand list` shows them.
+            folder: of the calibrations.
+            coverage: probability of the interval value ± U.
+            extrapolate: read outside of the range of the calibration, too.
+
+        Raises InputError for a fit that was refused, a calibration that is not there, a value or a temperature outside
+        of its range, and a temperature that is needed and was not measured.
+        """
+        from platform_daemon.features.measurand.library import Measurands
+        from platform_daemon.features.measurand.sensor import Sensor
+        from platform_daemon.features.measurand.shots import time_of
+
+        f_nat = self["f_nat_hz"].value
+        sensor = Sensor.by(Measurands(Path(folder)).get(calibration))
+        measurement = self.recording.measurement
+        celsius = measurement.conditions(self.frame).temperature_c
+        at = time_of(measurement, self.frame)
+        return sensor.read(f_nat, celsius, at, coverage=coverage, extrapolate=extrapolate)[0]
+
     def plot(self, path: str | Path | None = None) -> Figure:
         """Signal, fit, residual and spectrum, also saved at `path`, by its suffix as PNG, PDF or SVG.
 

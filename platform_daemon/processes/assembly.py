@@ -23,6 +23,7 @@ from platform_daemon.core.jobs.workers.process_pool import ProcessPool
 from platform_daemon.core.jobs.workers.task_executor import InProcessExecutor, TaskExecutor
 from platform_daemon.core.recordings.calibrations import read_transmit_calibration
 from platform_daemon.core.recordings.data_folder import DataFolder
+from platform_daemon.core.schemas.events import AnyEvent
 from platform_daemon.core.service.analysis_jobs import AnalysisJobs
 from platform_daemon.core.service.platform_service import PlatformService
 from platform_daemon.core.service.proxy import PlatformServiceProxy
@@ -126,6 +127,7 @@ def create_context(
     from platform_daemon.core.web.network.limits import Limits
     from platform_daemon.features.alarms.board import AlarmBoard
     from platform_daemon.features.alarms.watch import Watch, Watched
+    from platform_daemon.features.measurand.online import OnlineReadings
     from platform_daemon.features.trends.index_keeper import TrendKeeper
 
     # One for the analyses, which run one after the other, and one for each request that may compute at the same time.
@@ -134,7 +136,13 @@ def create_context(
     board = AlarmBoard(data.state, tell, call)
     metrics = Metrics(service, lambda: len(board.standing()), data.recordings)
     watched = Watched(data.recordings, data.events, data.events_seen, idle_s=idle_s)
-    watch = Watch(watched, board, service.status, metrics.see, hardware.service("schedules").list)
+    readings = OnlineReadings(data.measurands, catalogue, tell)
+
+    def see(what: AnyEvent) -> None:
+        metrics.see(what)
+        readings.see(what)
+
+    watch = Watch(watched, board, service.status, see, hardware.service("schedules").list)
     return Context(
         hardware=service,
         feature_service=hardware.service,

@@ -37,10 +37,12 @@ class NotDeclared:
     Attributes:
         name: of the influence, with the unit that it counts in.
         would_add_per_unit: |sensitivity|: standard uncertainty of the result for each such unit; NaN: not known.
+        looked_for: it was tested, and less than its own error was seen.
     """
 
     name: str
     would_add_per_unit: float
+    looked_for: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -131,18 +131,26 @@ class AsyncSpecimenHandle:
         until: str | None = None,
         step: str | None = None,
         newest: int | None = None,
+        uncertainty: bool = False,
     ) -> TrendReport:
         """Its quantities over time, and the changes in them.
 
         since, until: ISO 8601, None: all; step: number or name of a step of procedures, None: the last one; newest: so
-        many points at most, None: all.
+        many points at most, None: all; uncertainty: U of every value, which takes some fits for each calibration.
         """
-        query = {"since": since, "until": until, "step": step, "newest": newest}
+        query = {"since": since, "until": until, "step": step, "newest": newest, "uncertainty": uncertainty or None}
         return await self._transport.get(TrendReport, "get_trend", query, specimen=self.name)
 
-    async def trend_table(self, *, since: str | None = None, until: str | None = None, step: str | None = None) -> str:
-        """The same as a table in CSV; since, until, step: as of `trend`."""
-        query = {"since": since, "until": until, "step": step}
+    async def trend_table(
+        self,
+        *,
+        since: str | None = None,
+        until: str | None = None,
+        step: str | None = None,
+        uncertainty: bool = False,
+    ) -> str:
+        """The same as a table in CSV; since, until, step, uncertainty: as of `trend`."""
+        query = {"since": since, "until": until, "step": step, "uncertainty": uncertainty or None}
         return (await self._transport.send("get_trend_table", query=query, specimen=self.name)).text
 
     async def trend_picture(

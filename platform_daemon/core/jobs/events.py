@@ -45,8 +45,10 @@ def shot_event(job: AnyJob, recording: str, shot: ShotReport) -> ShotEvent:
     )
 
 
-def fit_event(job: AnyJob, shot: int, fit: FrameFit) -> FitEvent:
-    """The fit of a shot of a series."""
+def fit_event(
+    job: AnyJob, shot: int, fit: FrameFit, specimen: str | None = None, temperature_c: float | None = None
+) -> FitEvent:
+    """The fit of a shot of a series; specimen: name of the resonator; temperature_c: None: not known."""
     f_nat, phi_max = fit.parameters.get("f_nat_hz"), fit.parameters.get("phi_max_rad")
     return FitEvent(
         job=job.identifier,
@@ -61,4 +63,6 @@ def fit_event(job: AnyJob, shot: int, fit: FrameFit) -> FitEvent:
         whiteness=None if fit.whiteness_by_channel is None else min(fit.whiteness_by_channel),
         warnings=fit.warnings,
         seconds=fit.seconds,
+        specimen=specimen,
+        temperature_c=temperature_c,
     )

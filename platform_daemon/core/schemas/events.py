@@ -7,11 +7,11 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 from typing_extensions import TypeAliasType
 
-from .base import FitVerdict, Schema, Verdict, example
+from .base import Absent, FitVerdict, Schema, Verdict, example
 from .jobs import JobState, Progress
 
 EventKind = TypeAliasType(
-    "EventKind", Literal["job", "shot", "fit", "device", "interlock", "alarm", "schedule", "dropped"]
+    "EventKind", Literal["job", "shot", "fit", "measurand", "device", "interlock", "alarm", "schedule", "dropped"]
 )
 
 
@@ -88,6 +88,38 @@ class FitEvent(Schema):
     """What may make the numbers wrong."""
     seconds: float
     """Computing time, s."""
+    specimen: Absent[str] = None
+    """Name of the resonator; missing: an earlier version wrote it."""
+    temperature_c: Absent[float] = None
+    """Temperature of the platform, degrees Celsius; missing: not measured, or an earlier version wrote it."""
+
+
+class MeasurandEvent(Schema):
+    """A shot of a resonator that is calibrated as a sensor, as a reading of its quantity."""
+
+    kind: Literal["measurand"] = "measurand"
+    """Kind of event."""
+    job: str
+    """Id of its acquisition."""
+    shot: int
+    """Number in its acquisition, from 1."""
+    specimen: str
+    """Name of the resonator."""
+    name: str
+    """The quantity in words."""
+    unit: str
+    """Its unit."""
+    calibration: str
+    """KEY@VERSION of the calibration."""
+    value: float | None
+    """In the unit; null: there is no reading."""
+    U: float | None
+    """Expanded uncertainty, 95 %, in the unit; null: there is no reading."""
+    reason: str | None
+    """Why there is no reading; null: there is one."""
+    within: bool | None
+    """True: value ± U lies between the limits that the resonator's file declares; false: it lies beyond one of them, or
+    there is no reading; null: it contains one of them, or there are none."""
 
 
 class DeviceEvent(Schema):
@@ -154,7 +186,15 @@ class DroppedEvent(Schema):
 
 
 AnyEvent = Annotated[
-    JobEvent | ShotEvent | FitEvent | DeviceEvent | InterlockEvent | AlarmEvent | ScheduleEvent | DroppedEvent,
+    JobEvent
+    | ShotEvent
+    | FitEvent
+    | MeasurandEvent
+    | DeviceEvent
+    | InterlockEvent
+    | AlarmEvent
+    | ScheduleEvent
+    | DroppedEvent,
     Field(discriminator="kind"),
 ]
 """What an event says."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
 from drivers.errors import PlatformError
-from platform_daemon.core.schemas.events import AnyEvent, FitEvent, JobEvent, ScheduleEvent, ShotEvent
+from platform_daemon.core.schemas.events import AnyEvent, FitEvent, JobEvent, MeasurandEvent, ScheduleEvent, ShotEvent
 from platform_daemon.core.service.platform_service import PlatformService
 
 _FIT_S = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -28,6 +28,9 @@ class Metrics:
         self._fits = Counter("mmr_fits", "On-line fits", ["verdict"], registry=every)
         self._fit_s = Histogram("mmr_fit_seconds", "Computing time of an on-line fit", buckets=_FIT_S, registry=every)
         self._rows = Counter("mmr_schedule_rows", "Rows of ledgers by what became of them", ["state"], registry=every)
+        of = ["specimen", "name", "unit"]
+        self._value = Gauge("mmr_measurand", "Newest reading of a resonator as a sensor", of, registry=every)
+        self._expanded = Gauge("mmr_measurand_expanded_uncertainty", "U of it, 95 %", of, registry=every)
         self._up = Gauge("mmr_hardware_up", "1: the owner of the hardware answers", registry=every)
         self._queued = Gauge("mmr_queued_jobs", "Jobs that wait for the platform", registry=every)
         self._running = Gauge("mmr_running_jobs", "Jobs that have the platform", registry=every)
@@ -46,6 +49,11 @@ class Metrics:
             case FitEvent():
                 self._fits.labels(what.verdict).inc()
                 self._fit_s.observe(what.seconds)
+            case MeasurandEvent():
+                labels = what.specimen, what.name, what.unit
+                # Without a reading NaN: the one before is no longer true.
+                self._value.labels(*labels).set(math.nan if what.value is None else what.value)
+                self._expanded.labels(*labels).set(math.nan if what.U is None else what.U)
             case ScheduleEvent():
                 self._rows.labels(what.state).inc()
             case _:

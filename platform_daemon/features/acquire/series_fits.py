@@ -125,7 +125,7 @@ class SeriesFits:
         self._fits[frame] = found.fit
         fit = found.frame.model_copy(update={"frame": frame})
         job.shots.fitted(frame + 1, fit)
-        self._tell(fit_event(job, frame + 1, fit))
+        self._tell(fit_event(job, frame + 1, fit, self._plan.specimen.name, temperature_c))
         return fit
 
 

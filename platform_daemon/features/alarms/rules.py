@@ -10,6 +10,7 @@ from platform_daemon.core.schemas.events import (
     FitEvent,
     InterlockEvent,
     JobEvent,
+    MeasurandEvent,
     ScheduleEvent,
     ShotEvent,
 )
@@ -37,6 +38,8 @@ class Rules:
                 self._shot(what)
             case FitEvent() if what.job not in self._steps:
                 self._fit(what)
+            case MeasurandEvent():
+                self._measurand(what)
             case InterlockEvent():
                 self._stands("interlock", None if what.why is None else f"no power may go out: {what.why}")
             case DeviceEvent():
@@ -74,6 +77,18 @@ class Rules:
             self._board.notice("fits", f"{what}. Remedy: look at a shot (platform-daemon plot), and at the resonator")
         elif refused == 0:
             self._board.clear("fits")
+
+    def _measurand(self, told: MeasurandEvent) -> None:
+        """Beyond a limit by more than U; it ends once value ± U lies within: noise at a limit changes nothing."""
+        name = f"measurand:{told.specimen}"
+        if told.within:
+            self._board.clear(name)
+        elif told.within is False and told.value is not None:
+            what = f"{told.name} of {told.specimen} is {told.value:.6g} {told.unit}, U = {told.U:.2g} {told.unit}"
+            self._board.notice(name, f"{what}: beyond its limit. Remedy: look at what is measured")
+        elif told.within is False:
+            what = f"{told.name} of {told.specimen}, which has limits, cannot be read: {told.reason}"
+            self._board.notice(name, f"{what}. Remedy: look at what is measured, and at the calibration")
 
     def _job(self, job: JobEvent) -> None:
         name = f"failed:{job.job_kind}"

@@ -42,6 +42,7 @@ class Effect:
         known: how well it is known; None: nobody has declared it.
         unit, unit_text: a size that it is judged by while it is not declared, and that in words.
         kind: name of all that are declared together; "": its own name.
+        mixing: (3, 3) P^+ dP of a unit of a gain or an angle, by which it mixes the axes; None: it is neither.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Effect:
     unit: float
     unit_text: str
     kind: str = ""
+    mixing: Array | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -230,7 +232,7 @@ def _channels(given: Situation, calibration: ReceiveCalibration) -> Iterator[Eff
         through = np.outer(inverse[:, c], p[c])
         yield Effect(
             f"gain of channel {name}", given.of_data(-through @ both),
-            _known(given, "gain", f"gain of channel {name}", 1.0), 1e-2, "1 % of each", "gain of the channels",
+            _known(given, "gain", f"gain of channel {name}", 1.0), 1e-2, "1 % of each", "gain of the channels", through,
         )  # fmt: skip
         yield Effect(
             f"phase of channel {name}", given.of_data(through @ given.response.slope / radians_per_s),
@@ -242,8 +244,9 @@ def _channels(given: Situation, calibration: ReceiveCalibration) -> Iterator[Eff
                 turned = np.outer(inverse[:, c], np.eye(3)[axis]) * float(np.abs(p[c]).max())
                 known = _known(given, "orthogonality_rad", label)
                 yield Effect(
-                    label, given.of_data(-turned @ both), known, 1e-3, "1 mrad of each", "orthogonality of the coils"
-                )
+                    label, given.of_data(-turned @ both), known, 1e-3, "1 mrad of each", "orthogonality of the coils",
+                    turned,
+                )  # fmt: skip
     if calibration.p_std is None or calibration.frequency_hz is None or calibration.frequency_response is None:
         return
     f = given.fit.parameters["f_nat_hz"].value

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .influences import AXES, Array, Effect, Situation, pair_fields
+from .influences import Array, Effect, Situation, pair_fields
 
 _SEEN = 1e-3
 """Chance below which a rotor is called off centre: one shot of a thousand that stand in the centre."""
@@ -72,17 +72,9 @@ def _declared(effects: Sequence[Effect], told: Array) -> Array:
     """Covariance (r, r) of what declared gains and angles of the coils show."""
     total = np.zeros((told.shape[1], told.shape[1]))
     for each in effects:
-        if each.known is None:
-            continue
-        if each.kind == "gain of the channels":
-            k = AXES.index(each.name[-1])
-            shown = told[3 * k + k]
-        elif each.kind == "orthogonality of the coils":
-            row, column = AXES.index(each.name[-7]), AXES.index(each.name[-1])
-            shown = told[3 * row + column]
-        else:
-            continue
-        total += each.known.u**2 * np.outer(shown, shown)
+        if each.known is not None and each.mixing is not None:
+            shown = each.mixing.ravel() @ told
+            total += each.known.u**2 * np.outer(shown, shown)
     return total
 
 

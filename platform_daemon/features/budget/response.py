@@ -121,22 +121,13 @@ def _free(fit: FitResult, coefficients: int, size: int) -> NDArray[np.bool_]:
 
 
 def turned_to_rodrigues(rodrigues: Array) -> Array:
-    """Derivative (3, 3) of a Rodrigues vector, rad, by a small rotation about the world axes, rad."""
-    from scipy.spatial.transform import Rotation
+    """Derivative (3, 3) of a rotation vector, rad, by a small rotation about the world axes, rad.
 
-    step = 1e-6
-    base = Rotation.from_rotvec(rodrigues)
-    columns = []
-    for axis in np.eye(3):
-        ends = [(Rotation.from_rotvec(sign * step * axis) * base).as_rotvec() for sign in (1.0, -1.0)]
-        near = [end - _turns(end, rodrigues) for end in ends]
-        columns.append((near[0] - near[1]) / (2.0 * step))
-    return np.stack(columns, axis=1)
-
-
-def _turns(vector: Array, reference: Array) -> Array:
-    """Whole turns by which a rotation vector is named otherwise than one beside it."""
-    angle = float(np.linalg.norm(vector))
-    if angle < math.pi / 2 or vector @ reference > 0.0:
-        return np.zeros(3)
-    return np.asarray(2.0 * math.pi * vector / angle)
+    The inverse of the left Jacobian of the rotation group (Sola, Deray, Atchuthan, arXiv 1812.01537, eq. 146).
+    """
+    half = 0.5 * float(np.linalg.norm(rodrigues))
+    x, y, z = rodrigues.tolist()
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    # (1 - h cot h) / (2 h)^2, whose series begins 1/12 + h^2/180
+    square = (1.0 - half / math.tan(half)) / (4.0 * half**2) if half > 1e-3 else 1.0 / 12.0 + half**2 / 180.0
+    return np.asarray(np.eye(3) - 0.5 * cross + square * cross @ cross)

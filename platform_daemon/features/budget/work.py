@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
 from statistics import fmean
@@ -88,6 +88,27 @@ class Statistics:
     difference_std: Array | None
 
 
+@dataclass(frozen=True, eq=False)
+class BudgetParts:
+    """What the budgets of a result are made of.
+
+    Attributes:
+        effects: of every influence; given: what they depend on; told: what the fits themselves say; frames: of these.
+    """
+
+    effects: tuple[Effect, ...]
+    given: Situation
+    told: Statistics
+    frames: tuple[int, ...]
+
+    def budgets(self, coverage: float, shots: int | None = None) -> ResultBudgets:
+        """The budgets, or those of a mean over another number of shots that scatter alike."""
+        told = self.told
+        if shots is not None:
+            told = replace(told, covariance=told.covariance * (len(self.frames) / shots))
+        return budgets_by(self.effects, self.given, told, self.frames, coverage)
+
+
 def shot_budgets(
     measurement: Measurement,
     frame: int,
@@ -103,6 +124,19 @@ def shot_budgets(
     refused fit, a certificate that does not hold, or correlations that contradict each other.
     """
     checked_coverage(coverage)
+    found = parts_of_shot(measurement, frame, ask, fit=fit, declared=declared)
+    return replace(found.budgets(coverage), off_centre=off_centre(found.given, found.effects))
+
+
+def parts_of_shot(
+    measurement: Measurement,
+    frame: int,
+    ask: FitRequest,
+    *,
+    fit: FitResult | None = None,
+    declared: DeclaredUncertainty | None = None,
+) -> BudgetParts:
+    """What the budgets of the fit of one frame are made of, as `shot_budgets` says."""
     used = fit or fit_frame_of(measurement, frame, ask)
     if used.verdict != "good":
         remedy = "name another shot"
@@ -110,16 +144,18 @@ def shot_budgets(
     names = tuple(used.parameters)
     short = fit_frame_of(measurement, frame, replace(ask, window="n50")) if ask.window == "d30" else None
     given = _situation(measurement, (frame,), frame, used, declared)
+    effects = effects_of(given)
     difference = std = None
     if short is not None and short.verdict == "good":
         difference, std = _differences(names, [frame_report(frame, used)], [frame_report(frame, short)])
-        std = np.hypot(std, _explained(given, _situation(measurement, (frame,), frame, short, declared)))
+        other = _situation(measurement, (frame,), frame, short, declared)
+        std = np.hypot(std, _explained(effects, effects_of(other)))
     own = np.zeros((len(names), len(names)))
     free = [names.index(name) for name in used.covariance_names]
     own[np.ix_(free, free)] = used.covariance
     values = np.array([each.value for each in used.parameters.values()])
     told = Statistics(names, values, own, "noise", "covariance of the fit", math.inf, difference, std)
-    return _budgets(given, told, (frame,), coverage)
+    return BudgetParts(effects, given, told, (frame,))
 
 
 def series_budgets(
@@ -137,6 +173,18 @@ def series_budgets(
     `shot_budgets` does.
     """
     checked_coverage(coverage)
+    found = parts_of_series(measurement, ask, frames=frames, declared=declared)
+    return replace(found.budgets(coverage), off_centre=off_centre(found.given, found.effects))
+
+
+def parts_of_series(
+    measurement: Measurement,
+    ask: FitRequest,
+    *,
+    frames: Sequence[int] | None = None,
+    declared: DeclaredUncertainty | None = None,
+) -> BudgetParts:
+    """What the budgets of the mean over a series are made of, as `series_budgets` says."""
     usable = [k for k in (range(measurement.frames) if frames is None else frames) if measurement.excuse(k) is None]
     kept = recorded_fits(measurement, ask)
     if kept is None:
@@ -145,32 +193,95 @@ def series_budgets(
     else:
         made = {}
         reports = [kept[k] for k in usable if kept[k].good]
+    good = _enough(measurement, reports)
+    middle = good[len(good) // 2]
+    looked_at = sorted({middle, *_spread(good)})
+    if kept is not None:
+        measurement = _with_noise_of(measurement, looked_at)
+    used = made.get(middle) or _fitted_again(measurement, middle, ask)
+    short: dict[int, FitResult] = {}
+    if ask.window == "d30":
+        short = {k: fit_frame_of(measurement, k, replace(ask, window="n50")) for k in looked_at}
+        short = {k: fit for k, fit in short.items() if fit.verdict == "good"}
+    reports_short = [frame_report(k, fit) for k, fit in short.items()]
+    return _mean_of(measurement, reports, reports_short, middle, used, short.get(middle), declared)
+
+
+def parts_of_fits(
+    measurement: Measurement,
+    ask: FitRequest,
+    long: Sequence[FrameFit],
+    short: Sequence[FrameFit],
+    held: Mapping[str, float],
+) -> BudgetParts:
+    """What the budgets of the mean of good D30 fits are made of, which were made already.
+
+    short: the good N50 fits of any of these frames, which hold `held`, SI; of such a parameter nobody can see whether
+    the windows disagree.  Raises InputError for fewer than two good fits, and as `shot_budgets` does.
+    """
+    good = _enough(measurement, long)
+    both = sorted({fit.frame for fit in short} & set(good))
+    middle = (both or good)[len(both or good) // 2]
+    measurement = _with_noise_of(measurement, [middle])
+    used = _fitted_again(measurement, middle, ask)
+    used_short = None
+    if both:
+        used_short = _fitted_again(measurement, middle, replace(ask, window="n50", fixed=dict(held) or None))
+    taken = [fit for fit in short if fit.frame in both]
+    return _mean_of(measurement, long, taken, middle, used, used_short, None)
+
+
+def _enough(measurement: Measurement, reports: Sequence[FrameFit]) -> list[int]:
+    """The frames.  Raises InputError for fewer than two."""
     good = [report.frame for report in reports]
     if len(good) < 2:
         what = f"{len(good)} of {measurement.frames} frames have a good fit, and a scatter needs two"
         raise InputError(what, where=str(measurement.path), remedy="ask for one shot, or record more")
-    middle = good[len(good) // 2]
-    looked_at = sorted({middle, *(good[k] for k in np.linspace(0, len(good) - 1, _MODEL_SHOTS).round().astype(int))})
-    if kept is not None and isinstance(measurement, VoltageMeasurement):
-        measurement = replace(measurement, known_noise=noise_of_frames(measurement.recording, looked_at[::_NOISE_OF]))
-    used = made.get(middle) or fit_frame_of(measurement, middle, ask)
+    return good
+
+
+def _spread(good: Sequence[int]) -> list[int]:
+    """At most _MODEL_SHOTS of them, from the first to the last."""
+    return sorted({good[k] for k in np.linspace(0, len(good) - 1, _MODEL_SHOTS).round().astype(int)})
+
+
+def _with_noise_of(measurement: Measurement, frames: Sequence[int]) -> Measurement:
+    if not isinstance(measurement, VoltageMeasurement):
+        return measurement
+    return replace(measurement, known_noise=noise_of_frames(measurement.recording, frames[::_NOISE_OF]))
+
+
+def _fitted_again(measurement: Measurement, frame: int, ask: FitRequest) -> FitResult:
+    """Raises FitRefused."""
+    used = fit_frame_of(measurement, frame, ask)
     if used.verdict != "good":
         what, why = "a recorded fit cannot be made again", used.reason or ""
         remedy = "fit the recording again, and look for what has changed"
-        raise FitRefused(what, where=f"frame {middle}", why=why, remedy=remedy)
+        raise FitRefused(what, where=f"frame {frame}", why=why, remedy=remedy)
+    return used
+
+
+def _mean_of(
+    measurement: Measurement,
+    reports: Sequence[FrameFit],
+    short: Sequence[FrameFit],
+    middle: int,
+    used: FitResult,
+    used_short: FitResult | None,
+    declared: DeclaredUncertainty | None,
+) -> BudgetParts:
+    good = tuple(report.frame for report in reports)
     given = _situation(measurement, good, middle, used, declared)
-    told = scatter_of(reports, given, [measurement.conditions(report.frame).temperature_c for report in reports])
-    if ask.window == "d30":
-        short = {k: fit_frame_of(measurement, k, replace(ask, window="n50")) for k in looked_at}
-        both = [k for k in looked_at if short[k].verdict == "good"]
-        if both:
-            long_reports = [report for report in reports if report.frame in both]
-            found = _differences(given.names, long_reports, [frame_report(k, short[k]) for k in both])
-            std = found[1]
-            if middle in both:
-                std = np.hypot(std, _explained(given, _situation(measurement, good, middle, short[middle], declared)))
-            told = replace(told, difference=found[0], difference_std=std)
-    return _budgets(given, told, tuple(good), coverage)
+    effects = effects_of(given)
+    told = scatter_of(reports, given, [measurement.conditions(frame).temperature_c for frame in good])
+    if short:
+        by_frame = {report.frame: report for report in reports}
+        difference, std = _differences(given.names, [by_frame[fit.frame] for fit in short], short)
+        if used_short is not None:
+            other = effects_of(_situation(measurement, good, middle, used_short, declared))
+            std = np.hypot(std, _explained(effects, other))
+        told = replace(told, difference=difference, difference_std=std)
+    return BudgetParts(effects, given, told, good)
 
 
 def budgets_of(
@@ -277,7 +388,7 @@ def _deviations(names: Sequence[str], rows: Sequence[dict[str, float]]) -> Array
 
 
 def _differences(names: Sequence[str], long: Sequence[FrameFit], short: Sequence[FrameFit]) -> tuple[Array, Array]:
-    """Mean of N50 minus D30, and its standard deviation.
+    """Mean of N50 minus D30, and its standard deviation; NaN for what only N50 holds.
 
     The longer window contains the shorter one: of an efficient estimator the variance of the difference is the
     difference of the variances (Hausman, Econometrica 46 (1978) 1251).
@@ -294,19 +405,14 @@ def _differences(names: Sequence[str], long: Sequence[FrameFit], short: Sequence
         for a, b in zip(long, short, strict=True)
     ]
     own = np.sqrt(np.maximum(np.mean(variances, axis=0), 0.0) / n)
-    return found.mean(axis=0), own
+    held = [short[0].parameters[name].std is None and long[0].parameters[name].std is not None for name in names]
+    return np.where(held, np.nan, found.mean(axis=0)), np.where(held, np.nan, own)
 
 
-def _explained(long: Situation, short: Situation) -> Array:
+def _explained(long: Sequence[Effect], short: Sequence[Effect]) -> Array:
     """Standard deviation, (m,), of N50 minus D30 by what is declared: an error of a gain moves the two differently."""
-    pairs = zip(effects_of(long), effects_of(short), strict=True)
-    parts = [(b.effects - a.effects) * a.known.u for a, b in pairs if a.known is not None]
-    return np.sqrt(np.sum(np.square(parts), axis=0)) if parts else np.zeros(len(long.names))
-
-
-def _budgets(given: Situation, told: Statistics, frames: tuple[int, ...], coverage: float) -> ResultBudgets:
-    effects = effects_of(given)
-    return replace(budgets_by(effects, given, told, frames, coverage), off_centre=off_centre(given, effects))
+    parts = [(b.effects - a.effects) * a.known.u for a, b in zip(long, short, strict=True) if a.known is not None]
+    return np.sqrt(np.sum(np.square(parts), axis=0)) if parts else np.zeros(len(long[0].effects))
 
 
 def budgets_by(
@@ -376,12 +482,15 @@ def _undeclared(k: int, effects: Sequence[Effect], least: float) -> list[NotDecl
 
 def _add_model(k: int, told: Statistics, lines: list[tuple[InputQuantity, float]], missing: list[NotDeclared]) -> None:
     if told.difference is None or told.difference_std is None:
-        missing.append(NotDeclared("model (it is seen where D30 and N50 are both fitted), per its own error", 1.0))
+        missing.append(NotDeclared("model (it is seen where D30 and N50 are both fitted)", math.nan))
         return
     difference, std = float(told.difference[k]), float(told.difference_std[k])
+    if math.isnan(difference):
+        missing.append(NotDeclared("model (N50 holds the parameter)", math.nan))
+        return
     if (u := float(_model_u(told)[k])) > 0.0:
         source = f"N50 minus D30 is {difference:.3g}, its noise {std:.2g}"
         lines.append((InputQuantity(name="model", value=0.0, u=u, distribution="rectangular", source=source), 1.0))
     elif std > 0.0:
-        said = f"N50 and D30 agree within their noise of {std:.2g}"
-        missing.append(NotDeclared(f"model ({said}), per its own error", 1.0))
+        what = "model (N50 and D30 agree), per standard deviation of their difference"
+        missing.append(NotDeclared(what, std, looked_for=True))

@@ -14,12 +14,13 @@ from platform_daemon import __version__
 from platform_daemon.core.schemas.parameters import definition_of
 from platform_daemon.features.budget.declared import declared_in
 from platform_daemon.features.budget.schema import BudgetReport
-from platform_daemon.features.budget.work import ResultBudgets, series_budgets
+from platform_daemon.features.budget.work import series_budgets
 from platform_daemon.features.budget.written import budget_report
 from platform_daemon.features.diagnose.evidence import file_digests
 from platform_daemon.features.fit.fit_request import FitRequest
 from platform_daemon.features.fit.known_moment import declared_specimen
 from platform_daemon.features.fit.measurement import Measurement, VoltageMeasurement
+from platform_daemon.uncertainty.budget import Budget
 
 from .details import CertificateDetails, Contact
 from .schema import CertificateContact, CertificateReport, TraceabilityLine
@@ -53,8 +54,9 @@ def certificate_of(
         what = f"it is of {own.name!r}, not of {specimen.name!r}" if own is not None else "it names no resonator"
         raise InputError(what, where=where, remedy="give a recording of the specimen")
     found = series_budgets(measurement, ask, declared=declared, coverage=coverage)
-    results = tuple(budget_report(each) for each in found.budgets if each.quantity in STATED)
-    refuse_dominated(results, where)
+    stated = [each for each in found.budgets if each.quantity in STATED]
+    refuse_dominated(stated, where)
+    results = tuple(map(budget_report, stated))
     said = declared_in(recording).under(declared)
     stamps = [info.time_stamp for info in recording.frame_info if info.time_stamp]
     days = sorted(datetime.fromisoformat(stamp).date() for stamp in stamps) or [
@@ -85,22 +87,21 @@ def certificate_of(
         results=results,
         cone_rad=found.cone_rad,
         valid_until=_valid_until(said),
-        not_contained=_not_contained(found),
+        not_contained=_not_contained(stated),
         files=file_digests([measurement.path]),
     )
 
 
-def refuse_dominated(results: Sequence[BudgetReport], where: str) -> None:
+def refuse_dominated(results: Sequence[Budget], where: str) -> None:
     """Raises InputError if something that nobody has declared adds, at the size by which it is judged, more than all
     that is declared together, or adds what is not known."""
     found = []
     for each in results:
         for missing in each.not_declared:
             adds = missing.would_add_per_unit
-            if missing.name.startswith("model (N50 and D30 agree"):
-                continue  # it was looked for
-            if adds is None or missing.name.startswith("model ") or adds > each.u:
-                found.append(f"{each.quantity}: {missing.name}" + ("" if adds is None else f" adds {adds:.3g}"))
+            unknown = math.isnan(adds)
+            if not missing.looked_for and (unknown or adds > each.u):
+                found.append(f"{each.quantity}: {missing.name}" + ("" if unknown else f" adds {adds:.3g}"))
     if found:
         raise InputError(
             "no certificate: what nobody has declared dominates",
@@ -129,15 +130,13 @@ def _valid_until(said: DeclaredUncertainty) -> str | None:
     return min(known).isoformat() if known else None
 
 
-def _not_contained(found: ResultBudgets) -> tuple[str, ...]:
-    lines = []
-    for each in found.budgets:
-        if each.quantity in STATED:
-            unit = definition_of(each.quantity).unit
-            for missing in each.not_declared:
-                if not missing.name.startswith("model (N50") and not math.isnan(missing.would_add_per_unit):
-                    lines.append(f"{each.quantity}: {missing.name}: {missing.would_add_per_unit:.3g} {unit}")
-    return tuple(lines)
+def _not_contained(stated: Sequence[Budget]) -> tuple[str, ...]:
+    return tuple(
+        f"{each.quantity}: {missing.name}: {missing.would_add_per_unit:.3g} {definition_of(each.quantity).unit}"
+        for each in stated
+        for missing in each.not_declared
+        if not missing.looked_for
+    )
 
 
 def read_details(path: Path) -> CertificateDetails:

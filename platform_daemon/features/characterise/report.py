@@ -11,6 +11,7 @@ from platform_daemon.core.reporting.numbers import spread
 from platform_daemon.core.reporting.tables import Column, tables_text
 from platform_daemon.core.schemas.parameters import definition_of
 from platform_daemon.core.schemas.value_sources import value_sources_text
+from platform_daemon.features.budget.schema import BudgetReport
 
 from .schema import (
     CharacterisationReport,
@@ -48,12 +49,18 @@ def characterisation_text(report: CharacterisationReport) -> str:
 
 
 def parameter_rows(report: CharacterisationReport) -> list[dict[str, Any]]:
-    """For a CSV: a row per recording, window and parameter (tab:model_params_fit_result)."""
-    return [
-        {"file": report.file, "window": fits.window, "parameter": name, **found.model_dump()}
-        for fits in (report.n50, report.d30)
-        for name, found in fits.parameters.items()
-    ]
+    """For a CSV: a row per recording, window and parameter (tab:model_params_fit_result), and of the D30 means u, k and
+    U of the budgets."""
+    budgets = {("d30", each.quantity): each for each in report.mean_budgets or ()}
+
+    rows = []
+    for fits in (report.n50, report.d30):
+        for name, found in fits.parameters.items():
+            row = {"file": report.file, "window": fits.window, "parameter": name, **found.model_dump()}
+            mean = budgets.get((fits.window, name))
+            worth = (None, None, None) if mean is None else (mean.u, mean.k, mean.U)
+            rows.append({**row, **dict(zip(("mean_u", "mean_k", "mean_U"), worth, strict=True))})
+    return rows
 
 
 def characterisation_tables(report: CharacterisationReport) -> tuple[WordedTable, ...]:
@@ -64,6 +71,7 @@ def characterisation_tables(report: CharacterisationReport) -> tuple[WordedTable
         _parameters(report),
         _compared(report),
         _uncertainties(report),
+        _mean_budgets(report),
         _quality_factors(report),
     )
 
@@ -187,6 +195,31 @@ def _uncertainties(report: CharacterisationReport) -> WordedTable:
         "complete model would not let them, and the calibration, as far as they are known."
     )
     return WordedTable("What one shot is good for", ("parameter", [d.heading for _, d in rows]), columns, said)
+
+
+def _mean_budgets(report: CharacterisationReport) -> WordedTable:
+    """What the means are good for; no row without budgets."""
+    rows = [(budget, definition_of(budget.quantity)) for budget in report.mean_budgets or ()]
+    columns = (
+        ("D30 mean", [f"{budget.value * d.display_factor:.7g}" for budget, d in rows]),
+        ("U", [f"{budget.U * d.display_factor:.2g}" for budget, d in rows]),
+        ("k", [f"{budget.k:.2f}" for budget, _ in rows]),
+        ("largest contribution", [budget.inputs[0].name if budget.inputs else _NONE for budget, _ in rows]),
+        ("largest that is not declared", [_not_declared(budget, d.display_factor) for budget, d in rows]),
+    )
+    said = (
+        "The mean of the D30 fits lies within ± U of the quantity with a probability of 95 %, as far as its influences "
+        "are declared; `platform-daemon budget` lists all of them."
+    )
+    return WordedTable("What the mean is good for", ("parameter", [d.heading for _, d in rows]), columns, said)
+
+
+def _not_declared(budget: BudgetReport, factor: float) -> str:
+    if not budget.not_declared:
+        return _NONE
+    found = max(budget.not_declared, key=lambda each: math.inf if (a := each.would_add_per_unit) is None else a)
+    adds = found.would_add_per_unit
+    return f"{found.name}: " + ("not known" if adds is None else f"{adds * factor:.2g}")
 
 
 def _quality_factors(report: CharacterisationReport) -> WordedTable:

@@ -12,6 +12,7 @@ from platform_daemon.core.schemas.fits import FitReport
 from platform_daemon.core.schemas.recordings import ExcitationInfo, Frames, RecordingId, StepName, Terms
 from platform_daemon.core.schemas.requests import FieldTesla, ModelName
 from platform_daemon.core.schemas.value_sources import ValueSource
+from platform_daemon.features.budget.schema import BudgetReport
 from platform_daemon.features.procedures.request_schema import Outcome, ProcedureRequest
 from platform_daemon.features.ramp.schema import RampOutcome, RampRequest, StepTesla, check_rises
 from platform_daemon.features.tune.schema import TuneOutcome, TuneRequest
@@ -217,6 +218,9 @@ class CharacterisationReport(Schema):
     """N50 against D30, quantity by quantity."""
     uncertainties: tuple[ParameterUncertainty, ...]
     """Of every parameter of the D30 fits."""
+    mean_budgets: Absent[tuple[BudgetReport, ...]] = None
+    """Uncertainty budgets of the means of the D30 fits, by parameter; missing: there are none, a note says why, or an
+    earlier version made the report."""
     quality_factors: QualityFactors
     """Quality factors."""
     shown_frame: int | None

@@ -9,13 +9,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
 
-from drivers.errors import InputError
+from drivers.errors import InputError, RecordingError
 from platform_daemon import __version__
 from platform_daemon.core.recordings.description import describe
 from platform_daemon.core.recordings.procedure_steps import ALL_STEPS, refuse_mixture
 from platform_daemon.core.schemas.derived import EnvelopesReport, FrameQuantities
 from platform_daemon.core.schemas.fits import BLANK, FitReport, FrameFit
 from platform_daemon.core.schemas.parameters import names_in_order
+from platform_daemon.features.budget.schema import BudgetReport
+from platform_daemon.features.budget.work import parts_of_fits
+from platform_daemon.features.budget.written import budget_report
 from platform_daemon.features.fit.batch.executors import WorkerPool
 from platform_daemon.features.fit.batch.run import Advanced, Finished, fit_files
 from platform_daemon.features.fit.derived import frame_envelopes
@@ -42,6 +45,9 @@ ORIENTATION_ERROR = "orientation_error_rad"
 """Name of the orientation error among the compared quantities."""
 HELD = "lambda_per_s"
 """The loss that N50 holds if a model has several (tab:model_fit_params)."""
+COVERAGE = 0.95
+"""Of the intervals of the means."""
+_FEWEST = 2  # good fits, for a scatter
 _ENVELOPE_POINTS = 400
 Tell = Callable[[str, float], None]
 """What is being done, and the share of it all that is done, 0 to 1; may raise to end it."""
@@ -168,6 +174,7 @@ def _report(
     short, long = shot_values((n50, d30), reference)
     shown = _shown(d30)
     comparisons = compare(_pairs(short, long, held, reference), task.alpha)
+    budgets, without = _mean_budgets(measurement, ask, n50, d30, held)
     whole = dataset_of("d30", d30, long, {})
     summary = CharacterisationReport(
         software_version=__version__,
@@ -184,6 +191,7 @@ def _report(
         alpha=task.alpha,
         comparisons=comparisons,
         uncertainties=_uncertainties(whole, comparisons),
+        mean_budgets=tuple(each for each in budgets if each.quantity in whole.parameters) or None,
         quality_factors=_quality_factors(n50, d30),
         shown_frame=None if shown is None else shown.frame,
         envelopes=_envelopes(ask, shown, n50, receive_s),
@@ -193,7 +201,24 @@ def _report(
         d30_fits=d30,
         seconds=0.0,
     )
-    return summary.model_copy(update={"notes": (*task.remarks, *notes_of(summary, task.held is not None, info))})
+    notes = (*task.remarks, *notes_of(summary, task.held is not None, info), *without)
+    return summary.model_copy(update={"notes": notes})
+
+
+def _mean_budgets(
+    measurement: VoltageMeasurement, ask: FitRequest, n50: FitReport, d30: FitReport, held: Mapping[str, float]
+) -> tuple[tuple[BudgetReport, ...], tuple[str, ...]]:
+    """Of the means of the D30 fits; none, and a note with the reason, where there is no budget.
+
+    Where fewer than two fits are good, other notes say so.
+    """
+    if len(d30.good_frames) < _FEWEST:
+        return (), ()
+    try:
+        made = parts_of_fits(measurement, ask, d30.good_frames, n50.good_frames, held)
+        return tuple(map(budget_report, made.budgets(COVERAGE).budgets)), ()
+    except (InputError, RecordingError) as error:
+        return (), (f"the means have no uncertainty budget: {error}",)
 
 
 def _receive_s(measurement: VoltageMeasurement, k: int) -> float:

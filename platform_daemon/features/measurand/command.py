@@ -41,7 +41,7 @@ def calibrate(
     from .reference_file import read_reference
     from .report import calibration_text
     from .shots import joined, shots_of
-    from .work import calibrated, declared_measurand, key_of
+    from .work import calibrated, declared_measurand
 
     must_not_exist(json_file, force, ".json")
     found, _ = load_specimen(specimen)
@@ -56,7 +56,7 @@ def calibrate(
     shots = joined(parts)
     used = (reference, *files)
     made = calibrated(found.name, measurand, shots, readings, 0, used)
-    kept = Measurands(measurands).add(key_of(found.name), lambda number: made.model_copy(update={"version": number}))
+    kept = Measurands(measurands).add(made)
     write_json(json_file, kept)
     print(calibration_text(kept))
 

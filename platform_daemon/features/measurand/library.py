@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 from drivers.errors import InputError
@@ -29,16 +29,29 @@ class Measurands:
     def __init__(self, folder: Path) -> None:
         self._files = VersionedFolder(folder, r"\.json")
 
-    def add(self, key: str, made: Callable[[int], MeasurandCalibration]) -> MeasurandCalibration:
-        """Keep a calibration as the next version; made: from its number.  Raises StorageError."""
+    def add(self, made: MeasurandCalibration) -> MeasurandCalibration:
+        """Keep a calibration as the next version of its specimen's.
+
+        Its key is the one that its specimen has already, else its own, with a number if that is another specimen's.
+        Raises StorageError, InputError for a damaged file under that key.
+        """
+        key = self._free_key(made.key, made.specimen)
         kept: list[MeasurandCalibration] = []
 
         def content(number: int, _: str) -> bytes:
-            kept[:] = [made(number)]
+            kept[:] = [made.model_copy(update={"key": key, "version": number})]
             return to_json(kept[0], indent=1).encode()
 
         self._files.add(key, ".json", content)
         return kept[0]
+
+    def _free_key(self, wanted: str, specimen: str) -> str:
+        for number in itertools.count(1):
+            key = wanted if number == 1 else f"{wanted}-{number}"
+            versions = self._files.versions(key)
+            if not versions or _read(versions[-1]).specimen == specimen:
+                return key
+        raise AssertionError("counting ends")
 
     def get(self, text: str) -> MeasurandCalibration:
         """KEY@VERSION, or KEY: its newest version.  Raises UnknownMeasurand, InputError for a damaged file."""

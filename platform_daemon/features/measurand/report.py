@@ -47,6 +47,7 @@ def readings_text(report: MeasurandReport) -> str:
     if rows:
         lines = [tables_text(lines[0], index, columns, last_apart=report.mean is not None)]
     lines += [f"refused: shot {each.frame}: {each.reason}" for each in report.refused]
+    lines += [] if report.mean_reason is None else [f"no mean: {report.mean_reason}"]
     lines += [f"not declared: {each}" for each in report.not_declared]
     return "\n".join(lines)
 

@@ -151,7 +151,7 @@ class MeasurandReading(Schema):
     temperature_c: float | None
     """Temperature, degrees Celsius; null: not measured."""
     extrapolated: bool
-    """Outside of the range of the calibration."""
+    """Outside of the range of the calibration, or corrected for a temperature outside of those of the calibration."""
     inputs: tuple[BudgetLine, ...]
     """The inputs, the largest contribution first."""
 
@@ -181,7 +181,9 @@ class MeasurandReport(Schema):
     shots: tuple[MeasurandReading, ...]
     """Shot by shot."""
     mean: MeasurandReading | None
-    """Of all of them; null: none has a reading."""
+    """Of all of them; null: see mean_reason."""
+    mean_reason: str | None
+    """Why there is no mean; null: there is one."""
     refused: tuple[UnreadShot, ...]
     """Shots without a reading: no fit, or outside of the range."""
     not_declared: tuple[str, ...]

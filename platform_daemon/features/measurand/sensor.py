@@ -7,19 +7,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from statistics import fmean
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from drivers.entry_points import MEASURAND_MODELS, load
 from drivers.errors import InputError
-from platform_daemon.features.budget.written import budget_report
 from platform_daemon.uncertainty.budget import Budget
 from platform_daemon.uncertainty.calibration_curve import CalibratedCurve
 from platform_daemon.uncertainty.curves import Curve, Dipole, Polynomial
 from platform_daemon.uncertainty.inputs import InputQuantity
 
 from .schema import MeasurandCalibration, MeasurandReading, MeasurandReport, UnreadShot
-from .shots import Shots
+
+if TYPE_CHECKING:
+    from .shots import Shots
 
 SECONDS_PER_DAY = 86400.0
 
@@ -75,13 +77,14 @@ class Sensor:
         """The measurand for a natural frequency, Hz, or the mean of several; and whether it is extrapolated.
 
         celsius: temperature, degrees Celsius; at_s: when, s since 1970, None: not known, so that no drift counts.
+        A temperature outside of those of the calibration by less than a tenth of their range counts as extrapolated.
         Raises InputError for one outside of the range by more than U unless `extrapolate`, and for a temperature that
-        is missing or outside of that of the calibration.
+        is missing or further outside.
         """
         made = self.calibration
-        second = None
+        second, warmer = None, False
         if made.temperature_c is not None:
-            second = self._temperature(celsius, extrapolate)
+            second, warmer = self._temperature(celsius, extrapolate)
         low, high = made.valid_from, made.valid_to
         width = high - low
         places = (
@@ -97,7 +100,7 @@ class Sensor:
             outside = not low <= told.value <= high
             if outside and not extrapolate and not low - told.expanded <= told.value <= high + told.expanded:
                 raise self._outside(f_hz)
-            return told, outside
+            return told, outside or warmer
         raise self._outside(f_hz)
 
     def _budget(
@@ -135,7 +138,8 @@ class Sensor:
             made.name, f_hz, second, readings=shots, common=tuple(common), coverage=coverage, within=within
         )
 
-    def _temperature(self, celsius: float | None, extrapolate: bool) -> float:
+    def _temperature(self, celsius: float | None, extrapolate: bool) -> tuple[float, bool]:
+        """The temperature to correct for, and whether the calibration has seen none like it."""
         made = self.calibration
         if celsius is None or not math.isfinite(celsius):
             remedy = "record with a thermometer, or calibrate without corrected_for"
@@ -148,7 +152,7 @@ class Sensor:
             what = f"{celsius:.2f} °C is outside of the temperatures of the calibration, {low:.2f} to {high:.2f} °C"
             remedy = "calibrate over a wider range, or ask for an extrapolation (--extrapolate)"
             raise InputError(what, where=made.label, remedy=remedy)
-        return celsius
+        return celsius, not low <= celsius <= high
 
     def _outside(self, f_hz: float) -> InputError:
         made = self.calibration
@@ -174,13 +178,15 @@ def report_of(
             continue
         told.append(_reading(found, (frame,), at, float(shots.f_hz[k]), celsius, outside))
     missing = [] if made.reference is not None else ["what the readings of the reference have in common"]
+    mean, why = _mean(sensor, told, coverage, extrapolate)
     return MeasurandReport(
         file=file,
         calibration=made.label,
         name=made.name,
         unit=made.unit,
         shots=tuple(told),
-        mean=_mean(sensor, told, coverage, extrapolate),
+        mean=mean,
+        mean_reason=why,
         refused=tuple(sorted(refused, key=lambda each: each.frame)),
         not_declared=tuple(missing),
     )
@@ -188,10 +194,10 @@ def report_of(
 
 def _mean(
     sensor: Sensor, told: Sequence[MeasurandReading], coverage: float, extrapolate: bool
-) -> MeasurandReading | None:
-    """Of all shots together; None of fewer than two, or of a mean outside of the range."""
+) -> tuple[MeasurandReading | None, str | None]:
+    """Of all shots together, or why there is none."""
     if len(told) < 2:
-        return None
+        return None, f"{len(told)} of the shots have a reading, and a mean needs two"
     f = fmean(each.f_nat_hz for each in told)
     celsius = [each.temperature_c for each in told if each.temperature_c is not None]
     at = _seconds(told[0].at)
@@ -199,15 +205,17 @@ def _mean(
         found, outside = sensor.read(
             f, fmean(celsius) if celsius else None, at, shots=len(told), coverage=coverage, extrapolate=extrapolate
         )
-    except InputError:
-        return None
+    except InputError as error:
+        return None, str(error)
     frames = tuple(frame for each in told for frame in each.frames)
-    return _reading(found, frames, at, f, fmean(celsius) if celsius else None, outside)
+    return _reading(found, frames, at, f, fmean(celsius) if celsius else None, outside), None
 
 
 def _reading(
     found: Budget, frames: tuple[int, ...], at_s: float | None, f: float, celsius: float | None, outside: bool
 ) -> MeasurandReading:
+    from platform_daemon.features.budget.written import budget_report  # fits, which a reading alone does not need
+
     written = budget_report(found)
     return MeasurandReading(
         frames=frames,

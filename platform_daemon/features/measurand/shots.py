@@ -47,7 +47,7 @@ def shots_of(measurement: Measurement, ask: FitRequest) -> Shots:
             continue
         found = fit.parameters["f_nat_hz"]
         celsius = measurement.conditions(fit.frame).temperature_c
-        rows.append((fit.frame, _time_of(measurement, fit.frame), found.value, found.std or 0.0, celsius))
+        rows.append((fit.frame, time_of(measurement, fit.frame), found.value, found.std or 0.0, celsius))
     rows.sort(key=lambda row: row[1])
     return Shots(
         frames=tuple(row[0] for row in rows),
@@ -59,7 +59,8 @@ def shots_of(measurement: Measurement, ask: FitRequest) -> Shots:
     )
 
 
-def _time_of(measurement: Measurement, frame: int) -> float:
+def time_of(measurement: Measurement, frame: int) -> float:
+    """When a shot was made, s since 1970.  Raises InputError for a file that does not say."""
     stamp = measurement.recording.frame_info[frame].time_stamp if isinstance(measurement, VoltageMeasurement) else None
     if not stamp:
         remedy = "use recordings of this software, or another format that keeps them"

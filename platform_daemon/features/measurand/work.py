@@ -36,7 +36,7 @@ calibrations without them one gets such a line."""
 
 
 def key_of(specimen: str) -> str:
-    """Name of a file for a specimen: letters, digits and hyphens."""
+    """Name of a file for a specimen: letters, digits and hyphens; names that differ in signs only share it."""
     return re.sub(r"[^A-Za-z0-9]+", "-", specimen).strip("-")[:60] or "specimen"
 
 

@@ -31,6 +31,9 @@ def trend(
     points_to_false_alarm: Annotated[
         float, typer.Option(help="Points to a false alarm, on average over all charts.")
     ] = FALSE_ALARM,
+    uncertainty: Annotated[
+        bool, typer.Option("--uncertainty", help="U of every value, by a budget for each calibration.")
+    ] = False,
     accept: Annotated[
         str | None,
         typer.Option(
@@ -57,7 +60,11 @@ def trend(
         indexed_trend(recordings, specimen)  # raises for a specimen that has no recordings
         _accept(recordings, specimen, {"reason": accept, "by": by, **({} if since is None else {"since": since})})
         since = None
-    report = indexed_trend(recordings, specimen, since, until, points_to_false_alarm, step)
+    if uncertainty:
+        from platform_daemon.core.command_line.progress import compile_fit
+
+        compile_fit()
+    report = indexed_trend(recordings, specimen, since, until, points_to_false_alarm, step, uncertainty=uncertainty)
     write_json(json_file, report)
     if csv is not None:
         write_file(csv, trend_csv(report).encode())

@@ -84,12 +84,14 @@ def indexed_trend(
     points_to_false_alarm: float = POINTS_TO_FALSE_ALARM,
     step: str | None = None,
     newest: int | None = None,
+    *,
+    uncertainty: bool = False,
 ) -> TrendReport:
     """The trend of a specimen between two times, ISO 8601; since None: from where it was accepted as it is.
 
     step: of procedures, see `of_step`; None: the last one.  newest: points that are listed at most, None: all; the
-    charts are those of all of them.  Raises UnknownSpecimen, InputError, StorageError,
-    RecordingError.
+    charts are those of all of them.  uncertainty: U of every value, which takes some fits for each calibration.  Raises
+    UnknownSpecimen, InputError, StorageError, RecordingError.
     """
     specimen = same_name(specimen)
     begin, end = _between(since, until)
@@ -103,6 +105,10 @@ def indexed_trend(
         if step is not None:
             found, without = of_step(folder, index, found, step)
     report = specimen_trend(specimen, found, points_to_false_alarm, step, newest)
+    if uncertainty:
+        from .uncertainty import with_uncertainty  # fits, which nothing else here needs
+
+        report = with_uncertainty(report, folder, found, step)
     if without:
         note = f"left out, because they have no step {step!r}: {', '.join(without)}"
         report = report.model_copy(update={"notes": (*report.notes, note)})

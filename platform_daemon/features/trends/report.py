@@ -18,10 +18,12 @@ from .schema import TrendChart, TrendReport
 def trend_text(report: TrendReport) -> str:
     """For the terminal: a row per quantity, then what has changed."""
     table = Table(title=f"{report.specimen}: {len(report.points)} points", title_justify="left")
-    for heading in ("quantity", "newest", "at 1 temperature", "per K", "score", "chart"):
+    worth = any(chart.U is not None for chart in report.charts)
+    for heading in ("quantity", "newest", *(("U",) if worth else ()), "at 1 temperature", "per K", "score", "chart"):
         table.add_column(heading, justify="left" if heading in ("quantity", "chart") else "right")
     for chart in report.charts:
-        table.add_row(*_row(chart))
+        first, newest, *others = _row(chart)
+        table.add_row(first, newest, *((_newest_u(chart),) if worth else ()), *others)
     console = Console(width=120, markup=False, highlight=False, color_system=None)  # it is printed as plain text
     with console.capture() as captured:
         console.print(table)
@@ -53,6 +55,11 @@ def _row(chart: TrendChart) -> tuple[str, ...]:
     )
 
 
+def _newest_u(chart: TrendChart) -> str:
+    u = None if chart.U is None else _last(chart.U)
+    return "" if u is None else f"{u * definition_of(chart.quantity).display_factor:.2g}"
+
+
 def _last(values: tuple[float | None, ...]) -> float | None:
     return next((v for v in reversed(values) if v is not None and math.isfinite(v)), None)
 
@@ -62,14 +69,23 @@ def _number(value: float | None, factor: float) -> str:
 
 
 def trend_csv(report: TrendReport) -> str:
-    """A row per point: when, recording, shots, temperature, each quantity as measured and at one temperature, then the
-    clock of its time."""
+    """A row per point: when, recording, shots, temperature, each quantity as measured and at one temperature, with U
+    where it was asked for, then the clock of its time."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    names = [name for chart in report.charts for name in (chart.quantity, f"{chart.quantity}_corrected")]
-    writer.writerow(["at", "recording", "shots", "temperature_c", *map(text_cell, names), "clock"])
+    columns = {
+        name: values
+        for chart in report.charts
+        for name, values in (
+            (chart.quantity, chart.value),
+            (f"{chart.quantity}_corrected", chart.corrected),
+            (f"{chart.quantity}_U", chart.U),
+        )
+        if values is not None
+    }
+    writer.writerow(["at", "recording", "shots", "temperature_c", *map(text_cell, columns), "clock"])
     for k, point in enumerate(report.points):
-        values = [v for chart in report.charts for v in (chart.value[k], chart.corrected[k])]
+        values = [column[k] for column in columns.values()]
         cells = ["" if v is None or not math.isfinite(v) else repr(v) for v in (point.temperature_c, *values)]
         writer.writerow([point.at, text_cell(point.recording), point.shots, *cells, point.clock or ""])
     return text.getvalue()

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Response
 
+from platform_daemon.core.jobs.workers.task_executor import Call
 from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.web.context import Context, Shared
 from platform_daemon.core.web.network.routes import GuardedRoute
@@ -39,6 +40,10 @@ Rate = Annotated[
 Newest = Annotated[
     int | None,
     Query(ge=1, le=1_000_000, description="list at most so many points, the newest; the charts are those of all"),
+]
+
+Uncertainty = Annotated[
+    bool, Query(description="U of every value, by a budget for each calibration, which takes some fits")
 ]
 
 
@@ -80,13 +85,18 @@ def get_trend_picture(
     responses={200: {"content": {"text/csv": TEXT}, "description": "CSV with a heading"}, **problems(404, 422, 503)},
 )
 def get_trend_table(
-    specimen: Specimen, context: Shared, since: Since = None, until: Until = None, step: Step = None
+    specimen: Specimen,
+    context: Shared,
+    since: Since = None,
+    until: Until = None,
+    step: Step = None,
+    uncertainty: Uncertainty = False,
 ) -> Response:
     """A row per point: when, recording, shots, temperature, each quantity as measured and at one temperature, clock."""
     from .report import trend_csv
     from .trend import POINTS_TO_FALSE_ALARM
 
-    found = _trend(context, specimen, since, until, step, POINTS_TO_FALSE_ALARM)
+    found = _trend(context, specimen, since, until, step, POINTS_TO_FALSE_ALARM, uncertainty=uncertainty)
     return Response(trend_csv(found), media_type="text/csv")
 
 
@@ -99,9 +109,10 @@ def get_trend(
     step: Step = None,
     points_to_false_alarm: Rate = POINTS_TO_FALSE_ALARM,
     newest: Newest = None,
+    uncertainty: Uncertainty = False,
 ) -> TrendReport:
     """Points of all recordings with on-line fits, a control chart per quantity, and changes by name."""
-    return _trend(context, specimen, since, until, step, points_to_false_alarm, newest)
+    return _trend(context, specimen, since, until, step, points_to_false_alarm, newest, uncertainty=uncertainty)
 
 
 @router.get("/{specimen:path}", summary="What is known of a specimen", responses=problems(404, 422, 503))
@@ -136,13 +147,18 @@ def _trend(
     step: str | None,
     rate: float,
     newest: int | None = None,
+    *,
+    uncertainty: bool = False,
 ) -> TrendReport:
     """Raises UnknownSpecimen, InputError, StorageError, RecordingError."""
     from .indexed import indexed_trend
 
     keeper = context.part(TrendKeeper)
     keeper.catch_up()
-    if (since, until, step, rate, newest) == (None, None, None, POINTS_TO_FALSE_ALARM, KEPT_POINTS):
+    if uncertainty:
+        how = (context.folders.recordings, specimen, since, until, rate, step, newest)
+        found = context.run(Call(indexed_trend, how, {"uncertainty": True}))
+    elif (since, until, step, rate, newest) == (None, None, None, POINTS_TO_FALSE_ALARM, KEPT_POINTS):
         found = keeper.trend(specimen)
     else:
         found = indexed_trend(context.folders.recordings, specimen, since, until, rate, step, newest)

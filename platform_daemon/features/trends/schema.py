@@ -53,6 +53,9 @@ class TrendChart(Schema):
     """Mean over the shots of the point."""
     corrected: tuple[FiniteOrNull, ...]
     """The same at the reference temperature; as measured where no temperature is known."""
+    U: Absent[tuple[FiniteOrNull, ...]] = None
+    """Expanded uncertainty of each value, 95 %, in its unit; null: not known; missing: it was not asked for, or is no
+    parameter of a fit."""
     reference_c: FiniteOrNull
     """Reference temperature, degrees Celsius; null: none was measured."""
     relative_per_k: FiniteOrNull

@@ -12,7 +12,7 @@ import platform_daemon as pd_
 from drivers.uncertainty import DeclaredUncertainty
 from platform_daemon.features.budget.influences import pair_fields
 from platform_daemon.features.budget.response import response_of, turned_to_rodrigues
-from platform_daemon.features.budget.work import monte_carlo_of, series_budgets, shot_budgets
+from platform_daemon.features.budget.work import monte_carlo_of, parts_of_fits, series_budgets, shot_budgets
 from platform_daemon.features.fit.fit import fit_measurement
 from platform_daemon.features.fit.fit_request import FitRequest
 from platform_daemon.features.fit.measurement import open_measurement
@@ -235,6 +235,17 @@ def test_a_series_shares_what_its_shots_share(measured):
     assert lines["calibration"].contribution == pytest.approx(1e-2 * moment.value, rel=1e-3)  # no mean makes it less
     assert lines["scatter"].input.dof == 1.0
     assert found.frames == (0, 1)
+
+
+def test_fits_that_were_made_already_have_the_same_budgets(measured):
+    opened, ask = open_measurement(measured / "j.h5"), FitRequest("jewel", "d30")
+    long, short = (fit_measurement(opened, replace(ask, window=window)).frames for window in ("d30", "n50"))
+    made = parts_of_fits(opened, ask, long, short, {})
+    for found, other in zip(made.budgets(0.95).budgets, series_budgets(opened, ask).budgets, strict=True):
+        assert found.value == pytest.approx(other.value, abs=0.01 * other.u)
+        assert found.u == pytest.approx(other.u, rel=0.02)
+    scatter = {n: made.budgets(0.95, n).of("f_nat_hz").contributions[0].contribution for n in (2, 8)}
+    assert scatter[2] == pytest.approx(2.0 * scatter[8])
 
 
 @pytest.mark.long

@@ -2,14 +2,15 @@
 
 import hashlib
 import json
+import math
 from pathlib import Path
 
 import pytest
 from lxml import etree
 
 import platform_daemon as pd_
-from platform_daemon.features.budget.schema import BudgetReport, UndeclaredInfluence
 from platform_daemon.features.certificate.work import refuse_dominated
+from platform_daemon.uncertainty.budget import Budget, NotDeclared
 from tests.kit.command_line import assert_one_line_error, here
 from tests.kit.data import DATA
 
@@ -83,24 +84,23 @@ def test_the_pdf_says_that_it_is_pdf_a(issued):
 
 
 def _with(missing):
-    return BudgetReport(
-        quantity="f_nat_hz", value=213.0, u=0.02, dof=None, k=1.96, U=0.0392, coverage=0.95, inputs=(),
-        correlations=(), not_declared=(missing,),
+    return Budget(
+        quantity="f_nat_hz", value=213.0, u=0.02, dof=math.inf, k=1.96, coverage=0.95, contributions=(),
+        not_declared=(missing,),
     )  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("name", "adds", "refused"),
+    ("missing", "refused"),
     [
-        ("temperature, per 1 K", 0.23, True),
-        ("static field, per 1 uT", 0.007, False),
-        ("position, per 1 mm", None, True),
-        ("model (it is seen where D30 and N50 are both fitted), per its own error", 1.0, True),
-        ("model (N50 and D30 agree within their noise of 0.01), per its own error", 1.0, False),
+        (NotDeclared("temperature, per 1 K", 0.23), True),
+        (NotDeclared("static field, per 1 uT", 0.007), False),
+        (NotDeclared("position, per 1 mm", math.nan), True),
+        (NotDeclared("model (N50 and D30 agree)", 0.1, looked_for=True), False),
     ],
 )
-def test_what_nobody_has_declared_must_not_dominate(name, adds, refused):
-    results = [_with(UndeclaredInfluence(name=name, would_add_per_unit=adds))]
+def test_what_nobody_has_declared_must_not_dominate(missing, refused):
+    results = [_with(missing)]
     if not refused:
         refuse_dominated(results, "file")
         return

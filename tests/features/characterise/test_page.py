@@ -54,12 +54,13 @@ def test_page_and_terminal_tell_the_same_tables(some):
 
 def test_the_numbers_are_those_of_the_report(some):
     report, _ = some
-    _, quality, parameters, compared, uncertain, factors = characterisation_tables(report)
+    _, quality, parameters, compared, uncertain, means, factors = characterisation_tables(report)
     f_nat = report.d30.parameters["f_nat_hz"]
     assert dict(parameters.columns)["f_nat / Hz"][1] == f"{f_nat.mean:.3f} ± {f_nat.std:.3f}"
     assert dict(quality.columns)["good shots"] == ["3 of 4", "3 of 4"]
     assert dict(compared.columns)["shots"][0] == "3"
     assert dict(uncertain.columns)["uncertainty"][0] == f"{report.uncertainties[0].uncertainty:.2g}"
+    assert dict(means.columns)["U"][0] == f"{report.mean_budgets[0].U:.2g}"
     assert dict(factors.columns)["median"][0] == f"{report.quality_factors.n50.median:.0f}"
     assert dict(parameters.columns)["λ / s⁻¹"][0].endswith("held")
 

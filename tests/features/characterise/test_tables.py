@@ -7,6 +7,7 @@ import pytest
 
 from drivers.errors import InputError, RecordingError
 from platform_daemon.core.schemas.base import to_json
+from platform_daemon.features.characterise.report import characterisation_text, parameter_rows
 from platform_daemon.features.characterise.tables import characterisation_task, characterise, shown_shot
 from platform_daemon.features.fit.batch.executors import in_this_process
 from platform_daemon.features.fit.fit_request import FitSettings
@@ -98,6 +99,25 @@ def test_the_uncertainty_of_a_shot_holds_scatter_and_what_the_windows_disagree_b
         true = np.mean([truth.value(name) for truth in truths])
         if name != "psi_start_rad":
             assert abs(row.value - true) < 2.0 * row.uncertainty
+
+
+def test_the_means_have_budgets(report):
+    budgets = {each.quantity: each for each in report.mean_budgets}
+    assert set(budgets) == set(report.d30.parameters)
+    for name, found in budgets.items():
+        over = report.d30.parameters[name]
+        assert found.value == pytest.approx(over.mean)
+        scatter = next(line for line in found.inputs if line.name == "scatter")
+        assert scatter.u == pytest.approx(over.std / math.sqrt(SHOTS), rel=0.5)  # more where neighbours are alike
+        assert pytest.approx(found.k * found.u) == found.U
+    said = {each.name: each.would_add_per_unit for each in budgets["f_nat_hz"].not_declared}
+    assert said["sample clock, per 1e-6 of its frequency"] == pytest.approx(213.2e-6, rel=1e-3)
+    # What N50 holds, it cannot test.
+    assert any("N50 holds" in each.name for each in budgets["lambda_per_s"].not_declared)
+    rows = {(row["window"], row["parameter"]): row for row in parameter_rows(report)}
+    assert rows["d30", "f_nat_hz"]["mean_U"] == budgets["f_nat_hz"].U
+    assert rows["n50", "f_nat_hz"]["mean_U"] is None
+    assert "What the mean is good for" in characterisation_text(report)
 
 
 def test_quality_factors_fall_with_the_window_and_to_the_end(report):

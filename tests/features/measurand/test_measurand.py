@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -10,10 +11,12 @@ import pytest
 from drivers.errors import InputError
 from drivers.specimen import Measurand
 from platform_daemon.core.settings import load_specimen
+from platform_daemon.features.measurand.library import Measurands
 from platform_daemon.features.measurand.reference_file import Reference, read_reference
+from platform_daemon.features.measurand.report import readings_text
 from platform_daemon.features.measurand.sensor import Sensor, report_of
 from platform_daemon.features.measurand.shots import Shots
-from platform_daemon.features.measurand.work import calibrated
+from platform_daemon.features.measurand.work import calibrated, key_of
 from tests.kit.command_line import assert_one_line_error, here
 
 PRESSURE = Measurand(
@@ -164,6 +167,33 @@ def test_extrapolation_is_refused_unless_asked_for(sensor):
         reader.read(213.0, 40.0, None)
     with pytest.raises(InputError, match="temperature was not measured"):
         reader.read(213.0, None, None)
+
+
+def test_a_temperature_beside_those_of_the_calibration_is_told(sensor):
+    reader = Sensor.by(sensor)
+    middle, wide = sensor.temperature_to_c, sensor.temperature_to_c - sensor.temperature_from_c
+    f = PressureSensor(0).f_hz(1000.0, 22.0)
+    assert not reader.read(f, middle, None)[1]
+    assert reader.read(f, middle + 0.05 * wide, None)[1]
+
+
+def test_why_there_is_no_mean(sensor):
+    shots, _ = PressureSensor(3).shots(START_S, 2, 900.0)
+    one = replace(shots, f_hz=np.array([shots.f_hz[0], 1.0]))
+    report = report_of("two", one, sensor)
+    assert (report.mean, len(report.shots)) == (None, 1)
+    assert report.mean_reason == "1 of the shots have a reading, and a mean needs two"
+    assert f"no mean: {report.mean_reason}" in readings_text(report)
+    assert report_of("two", shots, sensor).mean_reason is None
+
+
+def test_specimens_whose_names_differ_in_signs_have_keys_of_their_own(sensor, tmp_path):
+    kept = Measurands(tmp_path / "measurands")
+    names = ("rotor 1/a", "rotor 1-a", "rotor 1/a")
+    labels = [kept.add(sensor.model_copy(update={"specimen": n, "key": key_of(n)})).label for n in names]
+    assert labels == ["rotor-1-a@1", "rotor-1-a-2@1", "rotor-1-a@2"]
+    assert kept.of_specimen("rotor 1-a").label == "rotor-1-a-2@1"
+    assert kept.get("rotor-1-a").specimen == "rotor 1/a"
 
 
 def test_a_calibration_that_turns_is_refused_with_the_place():

@@ -14,6 +14,7 @@ _NAMES = (
     "model_params_fit_result",
     "n50_against_d30",
     "uncertainties",
+    "mean_uncertainties",
     "quality_factors",
 )
 _LATEX = {

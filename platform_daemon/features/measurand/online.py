@@ -1,0 +1,84 @@
+"""Readings of resonators that are calibrated as sensors, shot by shot while they are measured."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from drivers.errors import PlatformError
+from drivers.specimen import Measurand, Specimen
+from platform_daemon.core.hardware.catalogue import Catalogue
+from platform_daemon.core.jobs.events import EventSink
+from platform_daemon.core.schemas.events import AnyEvent, FitEvent, MeasurandEvent
+
+from .library import Measurands
+from .schema import MeasurandCalibration
+
+
+class OnlineReadings:
+    """Makes an event of each on-line fit of a resonator that has a calibration.
+
+    folder: of the calibrations; catalogue: of the resonators, whose files declare the limits; tell: takes the events;
+    now_s: time of day, s since 1970.
+    """
+
+    def __init__(
+        self, folder: Path, catalogue: Catalogue, tell: EventSink, now_s: Callable[[], float] = time.time
+    ) -> None:
+        self._folder, self._catalogue, self._tell, self._now_s = folder, catalogue, tell, now_s
+        self._seen_ns = -1
+        self._newest: dict[str, MeasurandCalibration] = {}
+
+    def see(self, what: AnyEvent) -> None:
+        """Read a good fit."""
+        if isinstance(what, FitEvent) and what.specimen is not None and what.f_nat_hz is not None:
+            made = self._calibration(what.specimen)
+            if made is not None:
+                self._tell(self._reading(what, what.f_nat_hz, made))
+
+    def _calibration(self, specimen: str) -> MeasurandCalibration | None:
+        """The newest one; the folder is read again when a file has come or gone."""
+        try:
+            changed_ns = self._folder.stat().st_mtime_ns
+        except OSError:  # nothing has been calibrated yet
+            return None
+        if changed_ns != self._seen_ns:
+            ordered = sorted(Measurands(self._folder).all()[0], key=lambda each: (each.ended, each.version))
+            self._newest = {each.specimen: each for each in ordered}
+            self._seen_ns = changed_ns
+        return self._newest.get(specimen)
+
+    def _reading(self, fit: FitEvent, f_hz: float, made: MeasurandCalibration) -> MeasurandEvent:
+        from .sensor import Sensor  # scipy, which a daemon without sensors does not need
+
+        limits = self._limits(made.specimen)
+        value = expanded = reason = within = None
+        try:
+            found, _ = Sensor.by(made).read(f_hz, fit.temperature_c, self._now_s())
+        except PlatformError as error:
+            reason = str(error)
+            within = None if limits is None else False
+        else:
+            value, expanded = found.value, found.expanded
+            within = None if limits is None else is_within(value, expanded, limits)
+        return MeasurandEvent(
+            job=fit.job, shot=fit.shot, specimen=made.specimen, name=made.name, unit=made.unit,
+            calibration=made.label, value=value, U=expanded, reason=reason, within=within,
+        )  # fmt: skip
+
+    def _limits(self, specimen: str) -> Measurand | None:
+        """What declares limits of its readings: of resonators with that name the newest that declares any."""
+        newest = [each for key, each in self._catalogue.resonators.all().items() if "@" not in key]
+        known = [each.measurand for each in newest if isinstance(each, Specimen) and each.name == specimen]
+        limited = [each for each in known if each is not None and (each.lowest, each.highest) != (None, None)]
+        return limited[-1] if limited else None
+
+
+def is_within(value: float, expanded: float, limits: Measurand) -> bool | None:
+    """Whether value ± U lies within the limits; None: one of them lies in the interval, so that nobody can tell."""
+    low, high = value - expanded, value + expanded
+    if (limits.lowest is not None and high < limits.lowest) or (limits.highest is not None and low > limits.highest):
+        return False
+    inside = (limits.lowest is None or low >= limits.lowest) and (limits.highest is None or high <= limits.highest)
+    return True if inside else None

@@ -1,0 +1,127 @@
+"""Readings while shots are made: events, the alarm at a limit, numbers for Prometheus; and of a fit of the library."""
+
+from types import SimpleNamespace
+
+import pytest
+from pydantic import ValidationError
+
+import platform_daemon as pd_
+from drivers.specimen import Measurand
+from platform_daemon.core.hardware.catalogue import open_catalogue
+from platform_daemon.core.schemas.events import FitEvent
+from platform_daemon.core.settings import load_specimen
+from platform_daemon.core.web.metrics import Metrics
+from platform_daemon.features.alarms.board import AlarmBoard
+from platform_daemon.features.alarms.rules import Rules
+from platform_daemon.features.measurand.library import Measurands
+from platform_daemon.features.measurand.online import OnlineReadings
+from platform_daemon.features.measurand.work import calibrated
+from tests.features.measurand.test_measurand import PRESSURE, START_S, PressureSensor
+
+LIMITS = """
+[measurand]
+name = "pressure"
+unit = "mbar"
+lowest = 980.0
+highest = 1020.0
+"""
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    shots, _ = PressureSensor(3).shots(START_S, 200, 900.0)
+    name = load_specimen("thread")[0].name
+    return calibrated(name, PRESSURE, shots, PressureSensor(3).reference(START_S, START_S + 180e3), 1)
+
+
+@pytest.fixture
+def told():
+    return []
+
+
+@pytest.fixture
+def readings(calibration, told, tmp_path):
+    Measurands(tmp_path / "measurands").add(calibration)
+    (tmp_path / "resonators").mkdir()
+    (tmp_path / "resonators" / "sensor.toml").write_text(load_specimen("thread")[1] + LIMITS)
+    catalogue = open_catalogue(tmp_path / "added", tmp_path / "sequences", tmp_path / "resonators")
+    return OnlineReadings(tmp_path / "measurands", catalogue, told.append, lambda: START_S + 3e5)
+
+
+def fitted(calibration, mbar, celsius=22.0, **more):
+    f = None if mbar is None else PressureSensor(0).f_hz(mbar, celsius)
+    values = {"specimen": calibration.specimen, "temperature_c": celsius, "f_nat_hz": f, **more}
+    return FitEvent(
+        job="a", shot=1, verdict="good", reason=None, f_nat_std_hz=1e-4, phi_max_rad=0.9, nrmse=0.01, chi2_per_dof=1.0,
+        whiteness=1.0, warnings=(), seconds=0.01, **values,
+    )  # fmt: skip
+
+
+def test_a_limit_raises_an_alarm_once_the_reading_is_beyond_it_by_more_than_u(readings, told, calibration, tmp_path):
+    board = AlarmBoard(tmp_path / "state.sqlite", lambda event: None)
+    rules, name = Rules(board), f"measurand:{calibration.specimen}"
+
+    def after(mbar, **more):
+        readings.see(fitted(calibration, mbar, **more))
+        rules.see(told[-1])
+        return name in board.standing()
+
+    assert not after(1000.0)
+    assert told[-1].value == pytest.approx(1000.0, abs=told[-1].U)
+    assert (told[-1].within, told[-1].calibration) == (True, calibration.label)
+    assert not after(1020.2)  # beyond it by less than U
+    assert told[-1].within is None
+    assert after(1025.0)
+    assert "beyond its limit" in board.all()[0].what
+    assert after(1019.8)  # ends only where it surely is within
+    assert not after(1010.0)
+    assert after(1000.0, celsius=60.0)
+    assert "cannot be read" in board.all()[0].what
+    assert "outside of the temperatures" in told[-1].reason
+
+
+def test_prometheus_has_the_newest_reading(readings, told, calibration, tmp_path):
+    metrics = Metrics(SimpleNamespace(status=_raise), lambda: 0, tmp_path)
+    readings.see(fitted(calibration, 1000.0))
+    metrics.see(told[-1])
+    text = metrics.text().decode()
+    lines = [line for line in text.splitlines() if line.startswith("mmr_measurand{")]
+    assert len(lines) == 1
+    assert 'unit="mbar"' in lines[0]
+    assert float(lines[0].split()[-1]) == told[-1].value
+    assert f"{told[-1].U}" in next(li for li in text.splitlines() if li.startswith("mmr_measurand_expanded"))
+
+
+def _raise():
+    raise pd_.InputError("nobody answers")
+
+
+def test_what_is_no_sensor_makes_no_event(readings, told, calibration):
+    readings.see(fitted(calibration, 1000.0, specimen="another"))
+    readings.see(fitted(calibration, None))
+    readings.see(fitted(calibration, 1000.0, specimen=None))
+    assert not told
+
+
+def test_a_new_calibration_is_used_at_once(readings, told, calibration, tmp_path):
+    readings.see(fitted(calibration, 1000.0))
+    Measurands(tmp_path / "measurands").add(calibration)
+    readings.see(fitted(calibration, 1000.0))
+    assert [each.calibration for each in told] == [f"{calibration.key}@1", f"{calibration.key}@2"]
+
+
+def test_limits_in_the_wrong_order_are_refused():
+    with pytest.raises(ValidationError, match="highest is not above lowest"):
+        Measurand(name="pressure", unit="mbar", lowest=2.0, highest=1.0)
+
+
+def test_a_fit_of_the_library_is_a_reading(calibration, measured, tmp_path):
+    Measurands(tmp_path).add(calibration)
+    fit = pd_.fit(pd_.open(measured / "j.h5"), window="n50")
+    found = fit.measurand(calibration.key, folder=tmp_path, extrapolate=True)
+    f = fit["f_nat_hz"].value
+    expected = next(x for x in (900 + k * 0.05 for k in range(4000)) if PressureSensor(0).f_hz(x, 22.0) <= f)
+    assert found.value == pytest.approx(expected, abs=30.0)
+    assert {line.input.name for line in found.contributions} >= {"scatter", "calibration"}
+    with pytest.raises(pd_.InputError, match="no calibration 'nothing'"):
+        fit.measurand("nothing", folder=tmp_path)
