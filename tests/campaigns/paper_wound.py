@@ -21,7 +21,7 @@ from drivers.errors import PlatformError
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.result import FitResult
 from sim_backend.study import play
-from tests.kit.simulated_bench import CLOCK, Bench, specimen, timeline
+from tests.kit.simulated_bench import CLOCK, FIELD_T, Bench, specimen, timeline
 from tests.kit.undeclared_shots import STEADY, calibrated_record
 
 _STEADY = STEADY | {"effects__friction_scatter__enabled": False}
@@ -31,6 +31,7 @@ _NRMSE_SD = 0.01  # %, of what noise and printed digits leave
 _RX_S = {"thread": 5.6, "jewel": 2.0}  # the thread's D30 window is 4.9 s long
 _LONGEST = 10.0  # of a step, in the scales of the parameters
 _DEG = math.degrees(1.0)
+_SHOTS_OF_THE_PAPER = 100
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,12 @@ def fitted_numbers(variant: str, own: Mapping[str, float], undeclared: Sequence[
     rotor = base.model_copy(update={"measured": base.measured.model_copy(update=measured)})
     program = timeline(bench.channels[0], own["field_t"], rx=int(_RX_S[variant] * CLOCK.rate_hz))
     (shot,) = play(bench.backend, rotor, program, shots=1, lna_gain=40.0)
-    record = calibrated_record(bench, shot.volts)
+    return _fitted(bench, variant, shot.volts)
+
+
+def _fitted(bench: Bench, variant: str, volts: NDArray[np.float32]) -> dict[Any, float]:
+    """Of one shot, (3, n) V."""
+    record = calibrated_record(bench, volts)
     long = fit_ring_down(record, variant, "d30")
     held = {} if variant == "thread" else {"lambda_per_s": _THREAD_LAMBDA_PER_S}
     short = fit_ring_down(record, variant, "n50", fixed=held)
@@ -208,6 +214,25 @@ def _values(names: Sequence[str], values: NDArray[np.float64]) -> tuple[dict[str
     return dict(zip(names, numbers, strict=False)), numbers[len(names) :]
 
 
+def numbers_of_shots(name: str, shots: int, seed: int = 1) -> Iterator[dict[Any, float]]:
+    """What the fits find of shots of a shipped resonator in the paper's field, with all that varies between shots."""
+    bench, rotor = Bench(None, seed=seed, switch__transient_v=[0.0, 0.0, 0.0]), specimen(name)
+    program = timeline(bench.channels[0], FIELD_T[rotor.variant], rx=int(_RX_S[rotor.variant] * CLOCK.rate_hz))
+    for shot in play(bench.backend, rotor, program, shots=shots, lna_gain=40.0):
+        yield _fitted(bench, rotor.variant, shot.volts)
+
+
+def compared(variant: str, found: Sequence[Mapping[Any, float]]) -> str:
+    """A line per published number: mean and deviation over the shots, and the paper's."""
+    lines = [f"{variant}, {len(found)} shots: mean, deviation, the paper's mean and deviation"]
+    for p in PUBLISHED[variant]:
+        values = np.array([one[p.window, p.name] for one in found if (p.window, p.name) in one])
+        mean = float(np.median(values)) if p.name == "nrmse" else float(values.mean())
+        paper = "median" if p.name == "nrmse" else f"{_SHOTS_OF_THE_PAPER**0.5 * p.sd:.3g}"
+        lines.append(f"{p.window} {p.name}: {mean:.6g} {values.std(ddof=1):.3g}, {p.value:.6g} {paper}")
+    return "\n".join(lines)
+
+
 def hypotheses() -> list[tuple[Candidate, ...]]:
     """None, each effect alone, and each torque with each signal."""
     return [(), *((c,) for c in (*TORQUES, *SIGNALS)), *itertools.product(TORQUES, SIGNALS)]
@@ -219,7 +244,14 @@ def main() -> None:
     parser.add_argument("--variant", choices=sorted(PUBLISHED), help="one of them only")
     parser.add_argument("--only", action="append", help="explanations with these effects only, as `a + b`; none: ``")
     parser.add_argument("--without", action="append", default=[], help="published numbers that are not fitted")
+    parser.add_argument("--resonator", help="no search: shots of this shipped resonator, as thread_published")
+    parser.add_argument("--shots", type=int, default=12, help="of --resonator")
+    parser.add_argument("--seed", type=int, default=1, help="of --resonator")
     asked = parser.parse_args()
+    if asked.resonator:
+        found = list(numbers_of_shots(asked.resonator, asked.shots, asked.seed))
+        print(compared(specimen(asked.resonator).variant, found))
+        return
     for variant in [asked.variant] if asked.variant else PUBLISHED:
         for effects in hypotheses():
             label = " + ".join(e.label for e in effects)
