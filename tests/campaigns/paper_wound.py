@@ -29,6 +29,7 @@ _REFUSED = 1e4  # residual of a published number for which the simulated fit was
 _THREAD_LAMBDA_PER_S = 0.2465  # held in the jewel's N50 fits (tab:model_fit_params)
 _NRMSE_SD = 0.01  # %, of what noise and printed digits leave
 _RX_S = {"thread": 5.6, "jewel": 2.0}  # the thread's D30 window is 4.9 s long
+_RECEIVED_S = {"thread": 15.0, "jewel": 2.05}  # tab:measurement_parameter; then the next shot begins
 _LONGEST = 10.0  # of a step, in the scales of the parameters
 _DEG = math.degrees(1.0)
 _SHOTS_OF_THE_PAPER = 100
@@ -215,10 +216,11 @@ def _values(names: Sequence[str], values: NDArray[np.float64]) -> tuple[dict[str
 
 
 def numbers_of_shots(name: str, shots: int, seed: int = 1) -> Iterator[dict[Any, float]]:
-    """What the fits find of shots of a shipped resonator in the paper's field, with all that varies between shots."""
+    """What the fits find of shots of a shipped resonator in the paper's field, one after the other as in the paper."""
     bench, rotor = Bench(None, seed=seed, switch__transient_v=[0.0, 0.0, 0.0]), specimen(name)
     program = timeline(bench.channels[0], FIELD_T[rotor.variant], rx=int(_RX_S[rotor.variant] * CLOCK.rate_hz))
-    for shot in play(bench.backend, rotor, program, shots=shots, lna_gain=40.0):
+    pause_s = _RECEIVED_S[rotor.variant] - _RX_S[rotor.variant]
+    for shot in play(bench.backend, rotor, program, shots, 40.0, pause_s, at_rest=False):
         yield _fitted(bench, rotor.variant, shot.volts)
 
 

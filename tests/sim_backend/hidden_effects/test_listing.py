@@ -222,6 +222,7 @@ def test_a_resonator_brings_its_effects_and_takes_them_along():
     assert not np.array_equal(told.shot(rx=2000), plain.shot(rx=2000))
     assert [effect["id"] for effect in bench.truth()["undeclared"]] == ["channel_gain", "coulomb_friction"]
     bench.backend.mount(specimen("thread"))
+    plain.backend.world.hold_still()
     assert np.array_equal(bench.shot(rx=2000), plain.shot(rx=2000))
     assert [effect["id"] for effect in bench.truth()["undeclared"]] == ["channel_gain"]
 
