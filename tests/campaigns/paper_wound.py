@@ -27,6 +27,7 @@ from tests.kit.undeclared_shots import STEADY, calibrated_record
 _STEADY = STEADY | {"effects__friction_scatter__enabled": False}
 _REFUSED = 1e4  # residual of a published number for which the simulated fit was refused
 _THREAD_LAMBDA_PER_S = 0.2465  # held in the jewel's N50 fits (tab:model_fit_params)
+_WINDOW_SD_S = 0.05  # the paper does not say how it reads the end of D30; a waveform's peak is not its rms
 _NRMSE_SD = 0.01  # %, of what noise and printed digits leave
 _RX_S = {"thread": 5.6, "jewel": 2.0}  # the thread's D30 window is 4.9 s long
 _RECEIVED_S = {"thread": 15.0, "jewel": 2.05}  # tab:measurement_parameter; then the next shot begins
@@ -55,7 +56,7 @@ PUBLISHED = {
             "n50": [("f_nat_hz", 215.53, 0.008), ("m_r_am2", 11.647e-3, 2e-7), ("lambda_per_s", 0.2466, 1.2e-4),
                     ("phi_max_deg", 21.8, 0.04), ("nrmse", 1.42, _NRMSE_SD)],
             "d30": [("f_nat_hz", 215.69, 0.008), ("m_r_am2", 11.014e-3, 4e-7), ("lambda_per_s", 0.2465, 1e-4),
-                    ("phi_max_deg", 22.8, 0.04), ("nrmse", 3.33, _NRMSE_SD), ("window_s", 4.90, 0.003)],
+                    ("phi_max_deg", 22.8, 0.04), ("nrmse", 3.33, _NRMSE_SD), ("window_s", 4.90, _WINDOW_SD_S)],
         }
     ),
     "jewel": _published(
@@ -98,6 +99,7 @@ TORQUES = (
     _candidate("torsion_stiffness", 0.01, 0.01, id="torsion_stiffness"),
     _candidate("bias_torque", 1000.0, 1000.0, id="bias_torque"),
     _candidate("frequency_drift", 0.03, 0.03, id="frequency_drift"),
+    _candidate("frequency_drift that settles in 0.35 s", -0.2, 0.02, id="frequency_drift", tau_s=0.35),
 )
 SIGNALS = (
     _candidate("channel_gain of u", -0.03, 0.01, id="channel_gain", axis="y"),
