@@ -227,14 +227,31 @@ def numbers_of_shots(name: str, shots: int, seed: int = 1) -> Iterator[dict[Any,
 
 
 def compared(variant: str, found: Sequence[Mapping[Any, float]]) -> str:
-    """A line per published number: mean and deviation over the shots, and the paper's."""
-    lines = [f"{variant}, {len(found)} shots: mean, deviation, the paper's mean and deviation"]
+    """A line per published number: mean and deviation over the shots, the paper's, and whether they agree.
+
+    They agree within three standard errors of the paper and three of ours, in quadrature; of the nRMSE the medians are
+    compared, within a tenth.
+    """
+    lines, agree = [f"{variant}, {len(found)} shots: mean and deviation; the paper's"], 0
     for p in PUBLISHED[variant]:
         values = np.array([one[p.window, p.name] for one in found if (p.window, p.name) in one])
-        mean = float(np.median(values)) if p.name == "nrmse" else float(values.mean())
-        paper = "median" if p.name == "nrmse" else f"{_SHOTS_OF_THE_PAPER**0.5 * p.sd:.3g}"
-        lines.append(f"{p.window} {p.name}: {mean:.6g} {values.std(ddof=1):.3g}, {p.value:.6g} {paper}")
-    return "\n".join(lines)
+        if p.name == "nrmse":
+            ours, scatter, paper = float(np.median(values)), math.nan, math.nan
+            near = [abs(ours - p.value) <= 0.1 * p.value]
+        else:
+            ours, scatter = float(values.mean()), float(values.std(ddof=1))
+            paper = math.sqrt(_SHOTS_OF_THE_PAPER) * p.sd
+            near = [_near(ours - p.value, p.sd, scatter / math.sqrt(values.size)),
+                    _near(scatter - paper, paper / math.sqrt(2.0 * _SHOTS_OF_THE_PAPER),
+                          scatter / math.sqrt(2.0 * values.size))]  # fmt: skip
+        agree += sum(near)
+        told = " ".join("agrees" if each else "differs" for each in near)
+        lines.append(f"{p.window} {p.name}: {ours:.6g} {scatter:.3g}; {p.value:.6g} {paper:.3g}: {told}")
+    return "\n".join([*lines, f"{agree} of {2 * len(PUBLISHED[variant]) - 2} agree"])
+
+
+def _near(difference: float, paper: float, ours: float) -> bool:
+    return abs(difference) <= 3.0 * math.hypot(paper, ours)
 
 
 def hypotheses() -> list[tuple[Candidate, ...]]:
