@@ -64,6 +64,7 @@ PUBLISHED = {
                     ("phi_max_deg", 21.8, 0.04), ("nrmse", 1.42, _NRMSE_SD)],
             "d30": [("f_nat_hz", 215.69, 0.008), ("m_r_am2", 11.014e-3, 4e-7), ("lambda_per_s", 0.2465, 1e-4),
                     ("phi_max_deg", 22.8, 0.04), ("nrmse", 3.33, _NRMSE_SD), ("window_s", 4.90, _WINDOW_SD_S, 0.01)],
+            "step": [("psi_start_deg", 2.0, 0.17)],
         }
     ),
     "jewel": _published(
@@ -73,6 +74,7 @@ PUBLISHED = {
             "d30": [("f_nat_hz", 213.25, 0.019), ("m_r_am2", 12.028e-3, 1.43e-5), ("lambda_per_s", 0.0978, 0.0121),
                     ("tf_over_i_rad_per_s2", 1324.0, 35.3), ("phi_max_deg", 53.0, 0.06), ("nrmse", 4.39, _NRMSE_SD),
                     ("window_s", 1.28, 0.031)],
+            "step": [("psi_start_deg", 0.1, 0.55)],
         }
     ),
 }  # fmt: skip
@@ -117,7 +119,7 @@ SIGNALS = (
 )
 _NON_NEGATIVE = {"coulomb_friction", "hertz_friction", "quadratic_drag", "receive_lowpass", "channel_delay"}
 _START = {
-    "thread": {"f_nat_hz": 215.66, "m_r_am2": 11.26e-3, "lambda_per_s": 0.2116, "field_t": 211e-6},
+    "thread": {"f_nat_hz": 215.7, "m_r_am2": 11.15e-3, "lambda_per_s": 0.2466, "field_t": 215e-6},
     "jewel": {"f_nat_hz": 213.2, "m_r_am2": 12.1e-3, "lambda_per_s": 0.1, "tf_over_i_rad_per_s2": 1300.0,
               "field_t": 490e-6},
 }  # fmt: skip
@@ -141,7 +143,11 @@ def _fitted(bench: Bench, variant: str, volts: NDArray[np.float32]) -> dict[Any,
     long = fit_ring_down(record, variant, "d30")
     held = {} if variant == "thread" else {"lambda_per_s": _THREAD_LAMBDA_PER_S}
     short = fit_ring_down(record, variant, "n50", fixed=held)
-    return {(window, name): value for window, fit in (("n50", short), ("d30", long)) for name, value in _told(fit)}
+    found = {(window, name): value for window, fit in (("n50", short), ("d30", long)) for name, value in _told(fit)}
+    if short.parameters and long.parameters:
+        step_rad = long.parameters["psi_start_rad"].value - short.parameters["psi_start_rad"].value
+        found["step", "psi_start_deg"] = _DEG * math.remainder(step_rad, math.tau)
+    return found
 
 
 def _told(fit: FitResult) -> Iterator[tuple[str, float]]:
@@ -178,9 +184,9 @@ class Explanation:
 
 
 def fitted_rows(variant: str, without: Collection[str] = ()) -> NDArray[np.bool_]:
-    """Numbers that are fitted: all but the nRMSE, which are quadratic in the strengths and test what is found, and
-    those that are named."""
-    return np.array([p.name not in {"nrmse", *without} for p in PUBLISHED[variant]])
+    """Numbers that are fitted: all but those that are named, and the nRMSE, which are quadratic in the strengths, and
+    the step of psi_start from N50 to D30, which test what is found."""
+    return np.array([p.name not in {"nrmse", "psi_start_deg", *without} for p in PUBLISHED[variant]])
 
 
 def explain(variant: str, effects: Sequence[Candidate], without: Collection[str] = (), steps: int = 6) -> Explanation:
@@ -240,7 +246,8 @@ def compared(variant: str, found: Sequence[Mapping[Any, float]]) -> str:
     compared, within a tenth.
     """
     lines, agree = [f"{variant}, {len(found)} shots: mean and deviation; the paper's"], 0
-    for p in PUBLISHED[variant]:
+    numbers = [p for p in PUBLISHED[variant] if p.window != "step"]
+    for p in numbers:
         values = np.array([one[p.window, p.name] for one in found if (p.window, p.name) in one])
         if p.name == "nrmse":
             ours, scatter, paper = float(np.median(values)), math.nan, math.nan
@@ -254,7 +261,7 @@ def compared(variant: str, found: Sequence[Mapping[Any, float]]) -> str:
         agree += sum(near)
         told = " ".join("agrees" if each else "differs" for each in near)
         lines.append(f"{p.window} {p.name}: {ours:.6g} {scatter:.3g}; {p.value:.6g} {paper:.3g}: {told}")
-    return "\n".join([*lines, f"{agree} of {2 * len(PUBLISHED[variant]) - 2} agree"])
+    return "\n".join([*lines, f"{agree} of {2 * len(numbers) - 2} agree"])
 
 
 def _near(difference: float, paper: float, ours: float) -> bool:

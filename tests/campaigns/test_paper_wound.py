@@ -19,7 +19,7 @@ def test_the_published_thread_differs_between_the_windows_as_the_papers_and_the_
 
 
 def test_shots_agree_with_numbers_of_the_paper_that_are_theirs_and_not_with_others():
-    numbers = PUBLISHED["thread"]
+    numbers = [p for p in PUBLISHED["thread"] if p.window != "step"]
     sign = 0.5**0.5  # two shots one such deviation off have the paper's
     off = [sign * p.deviation * (p.name != "nrmse") for p in numbers]
     shots = [{(p.window, p.name): p.value + s * d for p, d in zip(numbers, off, strict=True)} for s in (-1, 1)]
