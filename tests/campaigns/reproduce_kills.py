@@ -18,6 +18,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from platform_daemon.core.recordings.reader import open_recording
@@ -52,7 +53,7 @@ def reproduce_kills(place: Path, shots: int) -> list[str]:
     resume: list[str] = []
     kept: dict[Path, str] = {}
     for phase, reached in PHASES.items():
-        _killed(_words(folder, shots, *resume), phase, lambda reached=reached: reached(folder))
+        _killed(_words(folder, shots, *resume), phase, partial(reached, folder))
         resume = ["--resume"]
         whole = [folder / f"{v}.h5" for v in ("thread", "jewel") if outcome_in(folder, v) is not None]
         kept |= {path: _digest(path) for path in (*whole, *(folder / PARTS).glob("*.json"))}
