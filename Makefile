@@ -10,7 +10,7 @@ PAGES := page
 # Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: paper-wound coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: paper-wound reproduce-kills coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -104,6 +104,10 @@ peers: install .venv/.peers
 # `make paper-wound WOUND='--variant jewel --only "channel_gain of u"'` is a short one.
 paper-wound: install
 	$(BIN)/python -m tests.campaigns.paper_wound $(WOUND)
+
+# The paper's campaign killed in each of its parts and resumed; some three minutes of processor time with 2 shots.
+reproduce-kills: install
+	$(BIN)/python -m tests.campaigns.reproduce_kills $(KILLS)
 
 # `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
 diagnose-study: install

@@ -87,6 +87,10 @@ class RotorModel(_Section):
         default=0.0,
         description="Standard deviation, per axis, by which the resonator is turned in every shot, rad.",
     )
+    undeclared: Annotated[tuple[dict[str, bool | int | float | str], ...], Field(strict=False)] = Field(
+        default=(),
+        description="Effects that come with this resonator, as the tables backends.simulated.undeclared of a platform.",
+    )
 
 
 class Defects(_Section):

@@ -34,11 +34,14 @@ def play(
     shots: int,
     lna_gain: float,
     between_s: float = 15.0,
+    *,
+    at_rest: bool = True,
 ) -> Iterator[StudyShot]:
-    """Simulate a timeline repeatedly; the rotor is at rest before every shot.
+    """Simulate a timeline repeatedly.
 
     lna_gain: V/V; between_s: world time from the end of a shot to the next, s, at least the dead time of the contacts;
-    temperature and mains continue meanwhile.  With the clock in mode "fast" this time costs no computing. Raises
+    temperature and mains continue meanwhile; at_rest: the rotor is stopped before every shot, otherwise it goes on
+    swinging.  With the clock in mode "fast" this time costs no computing. Raises
     ConfigError for a gain that the LNA does not have or hidden effects that the specimen cannot have, DeviceError if
     the motion cannot be integrated.
     """
@@ -47,7 +50,8 @@ def play(
     world.mount(specimen)
     world.amplifier(enabled=True, muted=False)
     for _ in range(shots):
-        world.hold_still()
+        if at_rest:
+            world.hold_still()
         world.start(timeline)
         setup, result = world.shot_simulator.result()
         truth = world.truth()

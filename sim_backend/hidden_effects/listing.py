@@ -26,6 +26,7 @@ from .torques import (
     BiasTorque,
     CoulombFriction,
     FrequencyDrift,
+    FrictionFluctuation,
     HertzFriction,
     QuadraticDrag,
     RestoringAnharmonicity,
@@ -37,6 +38,7 @@ AnyEffect = (
     CoulombFriction
     | HertzFriction
     | StribeckFriction
+    | FrictionFluctuation
     | QuadraticDrag
     | AngleDependentDamping
     | RestoringAnharmonicity

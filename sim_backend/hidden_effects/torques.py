@@ -39,6 +39,19 @@ class StribeckFriction(Effect):
     v_s_rad_per_s: Annotated[float, Field(ge=0.1, allow_inf_nan=False)]
 
 
+class FrictionFluctuation(Effect):
+    """All dry friction is multiplied by exp(s x - s^2 / 2), whose mean is 1; x is a random process, new in every shot.
+
+    x is normal with unit variance and the correlation exp(-|t| / tau_s), as a sum of FLUCTUATION_WAVES waves.  A rotor
+    that sticks is held by the friction of the moment at which it came to rest.
+    """
+
+    UNIT = "1"
+    id: Literal["friction_fluctuation"]
+    strength: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+    tau_s: Annotated[float, Field(ge=0.01, le=100, allow_inf_nan=False)]
+
+
 class QuadraticDrag(Effect):
     """Quadratic drag: the term is -b phi' |phi'|."""
 

@@ -7,6 +7,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from drivers.specimen import Specimen
+from drivers.validation import validated
 from sim_backend.hidden_effects.listing import HiddenEffects
 from sim_backend.hidden_effects.signals import check_distinct, extra_poles_hz
 from sim_backend.section import Positive, Section
@@ -36,6 +38,12 @@ class CardOptions(Section):
     adc_bits: Annotated[int, Field(ge=4, le=24)]
 
 
+class _EffectsOfSpecimen(Section):
+    """Their tables in a resonator's file."""
+
+    undeclared: HiddenEffects
+
+
 class SimulatedOptions(Section):
     """The whole table `[backends.simulated]`."""
 
@@ -54,6 +62,15 @@ class SimulatedOptions(Section):
     wiring: WiringOptions = WiringOptions()
     faults: FaultOptions = FaultOptions()
     hidden_effects: HiddenEffects = Field(default=(), alias="undeclared")
+
+    def with_effects_of(self, specimen: Specimen) -> SimulatedOptions:
+        """These options with the undeclared effects of a specimen added.  Raises ConfigError."""
+        if not specimen.rotor.undeclared:
+            return self
+        where = f"resonator {specimen.name!r}, rotor"
+        added = validated(_EffectsOfSpecimen, {"undeclared": list(specimen.rotor.undeclared)}, where).undeclared
+        tables = self.model_dump(by_alias=True) | {"undeclared": (*self.hidden_effects, *added)}
+        return validated(type(self), tables, where)
 
     @model_validator(mode="after")
     def _poles(self) -> Self:

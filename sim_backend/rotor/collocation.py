@@ -101,7 +101,7 @@ def solve_step(
                 advance(i, h, internal_state)
                 rates(angle[i], speed[i], cos(angle[i]), sign, z, q, internal_state[i])
             push = drive(tau + C[i] * h, angle[i], speed[i], q, terms, z)
-            new = push - sign * friction(angle[i], sign * speed[i], q)
+            new = push - sign * friction(tau + C[i] * h, angle[i], sign * speed[i], q)
             change = max(change, abs(new - accel[i]))
             size = max(size, abs(new))
             accel[i] = new

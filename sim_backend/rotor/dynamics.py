@@ -76,7 +76,7 @@ class SingleAxis:
         drift_from_s: float | None = None,
     ) -> Motion:
         """See Dynamics."""
-        q = parameters(self.rotor, conductance, self.hidden_effects, drift_from_s)
+        q = parameters(self.rotor, conductance, self.hidden_effects, drift_from_s, start_s)
         return move(start_s, stop_s, at.phi_rad, at.phi_dot_rad_per_s, q, terms, at.internal_state)
 
     def from_rest_rad(self, at: Motion, rest: Motion) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp, pi
+from math import cos, exp, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from sim_backend.hidden_effects.torques import (
     BiasTorque,
     CoulombFriction,
     FrequencyDrift,
+    FrictionFluctuation,
     HertzFriction,
     QuadraticDrag,
     RestoringAnharmonicity,
@@ -29,27 +30,36 @@ from sim_backend.hidden_effects.torques import (
 )
 
 from .kernel import kernel
+from .rotor import FLUCTUATION_WAVES
 
 # Slots that follow those of `torque`; there, 1 is omega_nat^2 and 2 the declared Hertz friction.
 OMEGA_SQUARED, HERTZ = 1, 2
 SMOOTH = 7  # not 0: one of the smooth torques acts
 ANGLE_DAMPING, ANHARMONICITY, TORSION, BIAS = 8, 9, 10, 11
 DRIFT, DRIFT_FROM, DRIFT_TAU = 12, 13, 14  # rad/s^2, s on the field's time axis, s (0: linear)
-KINKS = 15  # not 0: one of the next four acts, or bristles
+KINKS = 15  # not 0: one of the next four acts, or bristles, or friction fluctuates
 COULOMB, STRIBECK, STRIBECK_SPEED, DRAG = 16, 17, 18, 19
 RELAXATION, RELAXATION_RATE = 20, 21  # k w^2, 1/tau
 BRISTLE, BRISTLE_REACH = 22, 23
 AMPLITUDE, AMPLITUDE_RATE = 24, 25  # k w^2, 1/tau
 GAP, GAP_OMEGA, GAP_DAMPING = 26, 27, 28  # s, W, 2 g
 MODE, MODE_OMEGA, MODE_DAMPING, MODE_ORDER = 29, 30, 31, 32  # c w^2, W, 2 g
-SLOTS = 33
+FLUCTUATION, WAVES = 33, 34  # s; then angular frequency, rad/s, and phase, rad, of each wave
+SLOTS = WAVES + 2 * FLUCTUATION_WAVES
 
 
-def fill(q: NDArray[np.float64], effects: HiddenEffects, drift_from_s: float | None) -> None:
+def fill(
+    q: NDArray[np.float64],
+    effects: HiddenEffects,
+    drift_from_s: float | None,
+    waves: NDArray[np.float64] | None = None,
+    now_s: float = 0.0,
+) -> None:
     """Enter all effects into a parameter array (SLOTS,) that contains the declared torques, in place.
 
-    drift_from_s: start of the drift of f_nat on the time axis of the field, s; None: no drift.
-    Raises ConfigError for Stribeck's law without dry friction, and for an unstable second mode.
+    drift_from_s: start of the drift of f_nat on the time axis of the field, s; None: no drift.  waves: of the friction
+    in this shot, see `Rotor`, None: it does not fluctuate; now_s: time zero of the field on their time axis, s.
+    Raises ConfigError for Stribeck's law and a fluctuation without dry friction, and for an unstable second mode.
     """
     q[HERTZ] += strength(effects, HertzFriction)
     q[COULOMB] = strength(effects, CoulombFriction)
@@ -57,7 +67,13 @@ def fill(q: NDArray[np.float64], effects: HiddenEffects, drift_from_s: float | N
     if stribeck := first(effects, StribeckFriction):
         q[STRIBECK] = stribeck.strength
         q[STRIBECK_SPEED] = stribeck.v_s_rad_per_s
-        _check_friction(q)
+        _check_friction(q, "for Stribeck's law to change", "stribeck_friction")
+    if fluctuation := first(effects, FrictionFluctuation):
+        _check_friction(q, "that could fluctuate", "friction_fluctuation")
+        if waves is not None:
+            q[FLUCTUATION] = fluctuation.strength
+            q[WAVES::2] = waves[:, 0]
+            q[WAVES + 1 :: 2] = waves[:, 1] + waves[:, 0] * now_s
     q[ANGLE_DAMPING] = 2 * strength(effects, AngleDependentDamping)
     q[ANHARMONICITY] = strength(effects, RestoringAnharmonicity)
     q[TORSION] = strength(effects, TorsionStiffness)
@@ -68,14 +84,14 @@ def fill(q: NDArray[np.float64], effects: HiddenEffects, drift_from_s: float | N
         q[DRIFT_TAU] = drift.tau_s or 0.0
     q[SMOOTH] = float(np.any(q[[ANGLE_DAMPING, ANHARMONICITY, TORSION, BIAS, DRIFT]]))
     _fill_internal_states(q, effects)
-    q[KINKS] = float(np.any(q[[COULOMB, STRIBECK, DRAG, BRISTLE]]))
+    q[KINKS] = float(np.any(q[[COULOMB, STRIBECK, DRAG, BRISTLE, FLUCTUATION]]))
 
 
-def _check_friction(q: NDArray[np.float64]) -> None:
+def _check_friction(q: NDArray[np.float64], which: str, effect: str) -> None:
     if q[HERTZ] == 0.0 and q[COULOMB] == 0.0:
         raise ConfigError(
-            "there is no dry friction for Stribeck's law to change",
-            where="backends.simulated.undeclared, stribeck_friction",
+            f"there is no dry friction {which}",
+            where=f"backends.simulated.undeclared, {effect}",
             remedy="mount a jewel, or add coulomb_friction or hertz_friction",
         )
 
@@ -137,8 +153,18 @@ def smooth(tau: float, phi: float, phi_dot: float, sine: float, cosine: float, q
 
 
 @kernel
-def opposing(dry: float, speed: float, q: NDArray[np.float64]) -> float:
-    """Level of all torques that oppose the motion, rad/s^2, with Stribeck's factor and drag.
+def _fluctuation(tau: float, q: NDArray[np.float64]) -> float:
+    """Factor on dry friction: lognormal, of mean 1 over many shots."""
+    x = 0.0
+    for k in range(FLUCTUATION_WAVES):
+        x += cos(q[WAVES + 2 * k] * tau + q[WAVES + 2 * k + 1])
+    s = q[FLUCTUATION]
+    return exp(s * x * (2.0 / FLUCTUATION_WAVES) ** 0.5 - 0.5 * s * s)
+
+
+@kernel
+def opposing(tau: float, dry: float, speed: float, q: NDArray[np.float64]) -> float:
+    """Level of all torques that oppose the motion, rad/s^2, with Stribeck's factor, fluctuation and drag.
 
     dry: level of the declared dry friction; speed: of phi in the direction of the motion, so that the result is
     analytic between turning points.
@@ -146,4 +172,6 @@ def opposing(dry: float, speed: float, q: NDArray[np.float64]) -> float:
     level = dry + q[COULOMB]
     if q[STRIBECK] != 0.0:
         level *= 1.0 + q[STRIBECK] * exp(min(-speed / q[STRIBECK_SPEED], 30.0))
+    if q[FLUCTUATION] != 0.0:
+        level *= _fluctuation(tau, q)
     return float(level + q[DRAG] * speed * speed)

@@ -107,7 +107,7 @@ def _turn(tau, h, phi, phi_dot, sign, q, terms, angle, speed, accel, internal_st
     for _ in range(5):
         _, phi_1, left = solve_step(tau, h, phi, phi_dot, sign, q, terms, angle, speed, accel, internal_state)
         push = drive(tau + h, phi_1, left, q, terms, internal_state[INTERNAL_NOW])
-        slope = push - sign * friction(phi_1, sign * left, q)
+        slope = push - sign * friction(tau + h, phi_1, sign * left, q)
         if slope * sign >= 0.0 or left == 0.0 or abs(left) >= 0.1 * h * abs(slope):
             break
         h -= left / slope
@@ -136,7 +136,7 @@ def march(start, end, origin, phi, phi_dot, q, terms, pieces, count, internal_st
         if kinks and abs(phi_dot) <= still:
             push = drive(t - origin, phi, 0.0, q, terms, internal_state[INTERNAL_START])
             sign = np.sign(push)
-            if abs(push) <= friction(phi, 0.0, q) + NOISE * q[1]:
+            if abs(push) <= friction(t - origin, phi, 0.0, q) + NOISE * q[1]:
                 phi_dot = 0.0
                 free = min(origin + release_s(t - origin, end - origin, phi, q, terms, internal_state), end)
                 stuck = free >= end

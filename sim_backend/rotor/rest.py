@@ -53,7 +53,7 @@ def release_s(tau, end, phi, q, terms, internal_state):  # type: ignore[no-untyp
 
     The internal state, (INTERNAL_ROWS, states), is advanced in place.
     """
-    hold = friction(phi, 0.0, q) + NOISE * q[1]
+    hold = friction(tau, phi, 0.0, q) + NOISE * q[1]
     if terms.shape[0] == 0 and internal_state.shape[1] == 0:
         return end
     start = tau

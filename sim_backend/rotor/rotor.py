@@ -13,6 +13,9 @@ from drivers.specimen import Defects, JewelBearing, Magnets, Specimen
 MU_0 = 1.25663706127e-06
 """Vacuum magnetic permeability, V s/(A m), CODATA 2022; `scipy.constants` takes longer to load than a plan to make."""
 
+FLUCTUATION_WAVES = 8
+"""Waves that make up a friction that fluctuates within a shot."""
+
 UNDECLARED_DAMPING_PER_S = {"thread": 0.2465, "jewel": 0.0978}
 """Viscous damping of a resonator whose file declares none, 1/s: the paper's (tab:model_params_fit_result)."""
 
@@ -64,7 +67,8 @@ class Rotor:
     inertia_kg_m2 is always the design value; b_0_t is the field that makes m_r B_0 / I = omega_nat^2 (eq:omega_nat)
     with the effective moment; rotation: (3, 3) float64, maps u, v, w to world x, y, z; position_m: (3,) float64; body:
     parameters of the rigid body, None: one degree of freedom; contact: effective radius of a jewel's contact in this
-    shot, relative to that of eq:a.
+    shot, relative to that of eq:a; friction_waves: angular frequency, rad/s, and phase at the trigger, rad, of the
+    waves that friction fluctuates by in this shot, (FLUCTUATION_WAVES, 2), None: it does not.
     """
 
     variant: str
@@ -77,11 +81,19 @@ class Rotor:
     position_m: NDArray[np.float64]
     body: BodyDesign | None = None
     contact: float = 1.0
+    friction_waves: NDArray[np.float64] | None = None
 
     @property
     def omega_rad_per_s(self) -> float:
         """Natural angular frequency (eq:omega_nat)."""
         return 2 * np.pi * self.f_nat_hz
+
+    def later(self, seconds: float) -> Rotor:
+        """The rotor with the waves of its friction on a time axis that begins later."""
+        if self.friction_waves is None:
+            return self
+        omega, phase = self.friction_waves.T
+        return replace(self, friction_waves=np.column_stack([omega, phase + omega * seconds]))
 
     @property
     def axes(self) -> NDArray[np.float64]:

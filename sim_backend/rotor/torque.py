@@ -1,6 +1,6 @@
 """Every torque on the rotor, per inertia, in rad/s^2: the right-hand side of its equation of motion.
 
-phi'' = drive(t, phi, phi', z) - sgn(phi') friction(phi, |phi'|)
+phi'' = drive(t, phi, phi', z) - sgn(phi') friction(t, phi, |phi'|)
 
 A new effect needs a slot in the parameter array and a line in `drive` (a smooth torque) or in `friction` (a torque that
 opposes the motion and can hold the rotor at rest); the integrator does not change.  Hidden torques are in
@@ -39,11 +39,12 @@ def parameters(
     conductance: NDArray[np.float64] | None = None,
     hidden_effects: HiddenEffects = (),
     drift_from_s: float | None = None,
+    now_s: float = 0.0,
 ) -> NDArray[np.float64]:
     """The parameter array of a rotor: (SLOTS,) float64.
 
     conductance: (2, 2) float64, T^2/(A V), sum over the coils of b b^T Re(1/Z) in the axes u, v; None: no back-action.
-    drift_from_s: see `extra_torque.fill`.
+    drift_from_s, now_s: see `extra_torque.fill`.
     """
     q = np.zeros(SLOTS)
     q[DAMPING] = 2 * rotor.lambda_per_s
@@ -53,7 +54,7 @@ def parameters(
     if conductance is not None:
         back = rotor.m_r_am2**2 / rotor.inertia_kg_m2 * conductance
         q[BACK_UU], q[BACK_UV], q[BACK_VV] = back[0, 0], back[0, 1], back[1, 1]
-    fill(q, hidden_effects, drift_from_s)
+    fill(q, hidden_effects, drift_from_s, rotor.friction_waves, now_s)
     return q
 
 
@@ -104,7 +105,7 @@ def drive(
 
 
 @kernel
-def friction(phi: float, speed: float, q: NDArray[np.float64]) -> float:
+def friction(tau: float, phi: float, speed: float, q: NDArray[np.float64]) -> float:
     """Level of all torques that oppose the motion, >= 0, rad/s^2: Hertz contact T_f cos^(4/3) phi (eq:tf(phi)), and the
     hidden ones.
 
@@ -115,7 +116,7 @@ def friction(phi: float, speed: float, q: NDArray[np.float64]) -> float:
     if q[2] != 0.0 and cosine > 0.0:
         level = q[2] * cosine ** (4.0 / 3.0)
     if q[KINKS] != 0.0:
-        level = opposing(level, speed, q)
+        level = opposing(tau, level, speed, q)
     return level
 
 

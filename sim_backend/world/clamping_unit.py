@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.specimen import Specimen
+from sim_backend.hidden_effects.listing import first
+from sim_backend.hidden_effects.torques import FrictionFluctuation
 from sim_backend.options import SimulatedOptions
 from sim_backend.receive.reference_dipole import Dipole
 from sim_backend.rotor.decay import RotorState, at_rest, decayed
@@ -13,7 +15,13 @@ from sim_backend.rotor.rotor import Rotor
 from sim_backend.transmit.coils import sensitivity_t_per_a
 
 from .back_action import conductance
-from .variation import friction_factor, rotor_in_shot, under_pressure, with_orientation_scatter
+from .variation import (
+    friction_factor,
+    rotor_in_shot,
+    under_pressure,
+    with_fluctuating_friction,
+    with_orientation_scatter,
+)
 
 
 class ClampingUnit:
@@ -33,9 +41,13 @@ class ClampingUnit:
         )
         self._worn: dict[str, int] = {}
 
-    def mount(self, specimen: Specimen, rotor: Rotor, now_s: float) -> None:
-        """Mount a resonator at rest; the same specimen as before keeps its present motion."""
+    def mount(self, specimen: Specimen, rotor: Rotor, options: SimulatedOptions, now_s: float) -> None:
+        """Mount a resonator at rest; the same specimen as before keeps its present motion.
+
+        options: of the world with this specimen.
+        """
         self._inserted = None
+        self._options = options
         if specimen != self.specimen:
             self.specimen = specimen
             self._rotor = rotor
@@ -63,6 +75,7 @@ class ClampingUnit:
         self._worn[self.specimen.name] = worn + 1
         friction = friction_factor(self._options.effects, rng, worn)
         turned = with_orientation_scatter(self._rotor, self.specimen.rotor.orientation_scatter_rad, rng)
+        turned = with_fluctuating_friction(turned, first(self._options.hidden_effects, FrictionFluctuation), rng)
         warm = rotor_in_shot(turned, self._options.effects, deviation_k, friction)
         self._last = under_pressure(warm, self._options.housing, now_s)
         return self._last

@@ -119,6 +119,7 @@ def next_leg(setup: ShotSetup, result: ShotResult, timeline: Timeline, live: tup
         stop_s=timeline.duration_s,
         live=live,
         contacts=result.contacts.shifted(-at_s),
+        rotor=setup.rotor and setup.rotor.later(at_s),
         phi_rad=result.phi_rad,
         phi_dot_rad_per_s=result.phi_dot_rad_per_s,
         internal_state=result.internal_state,

@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from sim_backend.hidden_effects.torques import FrictionFluctuation
 from sim_backend.options import EffectsOptions, HousingOptions, TemperatureEffect
-from sim_backend.rotor.rotor import Rotor, rotation_matrix
+from sim_backend.rotor.rotor import FLUCTUATION_WAVES, Rotor, rotation_matrix
 
 GRID_PER_CORRELATION = 50
+_FASTEST_PART = 0.99  # of the spectrum of a friction that fluctuates: no wave is faster than 64 / tau
 
 
 class Temperature:
@@ -83,6 +85,18 @@ def friction_factor(effects: EffectsOptions, rng: np.random.Generator, earlier_s
     if effects.wear.enabled:
         factor *= 1 + effects.wear.relative_per_shot * earlier_shots
     return factor
+
+
+def with_fluctuating_friction(rotor: Rotor, effect: FrictionFluctuation | None, rng: np.random.Generator) -> Rotor:
+    """The rotor in one shot with the waves of its friction, None: no fluctuation, and nothing is drawn.
+
+    The frequencies are one from each of equal parts of the spectrum of exp(-|t| / tau), a Lorentzian.
+    """
+    if effect is None:
+        return rotor
+    part = (np.arange(FLUCTUATION_WAVES) + rng.uniform(0.0, 1.0, FLUCTUATION_WAVES)) / FLUCTUATION_WAVES
+    omega = np.tan(0.5 * np.pi * np.minimum(part, _FASTEST_PART)) / effect.tau_s
+    return replace(rotor, friction_waves=np.column_stack([omega, rng.uniform(0.0, 2 * np.pi, FLUCTUATION_WAVES)]))
 
 
 def with_orientation_scatter(rotor: Rotor, sd_rad: float, rng: np.random.Generator) -> Rotor:

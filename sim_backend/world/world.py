@@ -74,7 +74,8 @@ class World:
     """
 
     def __init__(self, options: SimulatedOptions) -> None:
-        self.options = options
+        self._own_options = options
+        self.options = options  # with the effects of the mounted specimen
         self.clock = SimulatedClock(options.clock)
         self.lock = threading.RLock()
         self.power = PowerStage(options.amplifier)
@@ -104,11 +105,14 @@ class World:
     # --- the content of the clamping unit
 
     def mount(self, specimen: Specimen) -> None:
-        """Mount a resonator at rest; the same specimen as before keeps its present motion.  Raises ConfigError."""
+        """Mount a resonator at rest, with the effects that it adds to the world; the same specimen as before keeps its
+        present motion.  Raises ConfigError."""
         rotor = effective(specimen)
+        options = self._own_options.with_effects_of(specimen)
         with self.lock:
             self.shot_simulator.finish_if_over()
-            self.unit.mount(specimen, rotor, self.clock.monotonic_s())
+            self.options = options
+            self.unit.mount(specimen, rotor, options, self.clock.monotonic_s())
 
     def insert(self, dipole: Dipole | None, position_m: np.ndarray, *, empty: bool = False) -> None:
         """Replace the rotor by a dipole, or by a probe that induces no voltage (`empty`), at a position (3,), m.

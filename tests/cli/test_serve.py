@@ -38,7 +38,7 @@ def test_the_server_answers_and_neither_its_folder_nor_its_port_is_anothers(clie
 
 
 def test_a_folder_of_resonators_is_offered_by_name(client):
-    known = {"jewel", "jewel_imperfect", "thread", "thread_imperfect", "t07"}
+    known = {f"{v}{end}" for v in ("jewel", "thread") for end in ("", "_imperfect", "_published")} | {"t07"}
     assert {each["id"] for each in client.get("/resonators").json()["items"]} == known
     asked = {"resonator": "t07", "sequence": {"rx_s": 0.6}}
     assert client.post("/acquisitions/dry-run", json=asked).json()["variant"] == "thread"

@@ -36,7 +36,7 @@ def test_every_shipped_file_is_valid(kind, tmp_path):
 
 
 def test_an_unknown_name_lists_what_ships():
-    with pytest.raises(ConfigError, match="jewel, jewel_imperfect, thread, thread_imperfect"):
+    with pytest.raises(ConfigError, match="jewel, jewel_imperfect, jewel_published, thread, thread_imperfect"):
         load_specimen("spring")
 
 

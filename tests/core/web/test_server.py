@@ -162,7 +162,7 @@ def test_a_time_range_outside_the_frame_is_a_problem_not_a_clamp(client, recordi
 
 def test_resonators_are_listed_with_their_preset_sequences(client):
     found = {each["id"]: each for each in client.get("/resonators").json()["items"]}
-    assert set(found) == {"jewel", "thread", "jewel_imperfect", "thread_imperfect"}
+    assert set(found) == {f"{v}{end}" for v in ("jewel", "thread") for end in ("", "_imperfect", "_published")}
     assert found["thread"]["sequence"]["rx_s"] == 15.0
 
 

@@ -12,7 +12,7 @@ from drivers.validation import validated
 from sim_backend.hidden_effects.listing import AnyEffect
 from sim_backend.options import SimulatedOptions
 from tests.kit.data import ROOT
-from tests.kit.simulated_bench import QUIET, Bench, options
+from tests.kit.simulated_bench import QUIET, Bench, options, specimen
 
 ALL = tomllib.loads("""
 [[undeclared]]
@@ -25,6 +25,10 @@ strength = 20.0
 id = "stribeck_friction"
 strength = 0.3
 v_s_rad_per_s = 20.0
+[[undeclared]]
+id = "friction_fluctuation"
+strength = 0.2
+tau_s = 0.1
 [[undeclared]]
 id = "quadratic_drag"
 strength = 1e-3
@@ -202,6 +206,38 @@ def test_stribecks_law_without_any_dry_friction_is_refused_when_the_specimen_is_
         Bench("thread", undeclared=[stribeck])
     Bench("jewel", undeclared=[stribeck])
     Bench("thread", undeclared=[stribeck, {"id": "coulomb_friction", "strength": 1.0}])
+
+
+def with_effects(name, *tables):
+    rotor = specimen(name)
+    return rotor.model_copy(update={"rotor": rotor.rotor.model_copy(update={"undeclared": tables})})
+
+
+def test_a_resonator_brings_its_effects_and_takes_them_along():
+    gain, dust = {"id": "channel_gain", "strength": -0.03, "axis": "y"}, {"id": "coulomb_friction", "strength": 20.0}
+    bench, plain = Bench(None, **QUIET, undeclared=[gain]), Bench("thread", **QUIET, undeclared=[gain])
+    bench.backend.mount(with_effects("thread", dust))
+    told = Bench("thread", **QUIET, undeclared=[gain, dust])
+    assert np.array_equal(bench.shot(rx=2000), told.shot(rx=2000))
+    assert not np.array_equal(told.shot(rx=2000), plain.shot(rx=2000))
+    assert [effect["id"] for effect in bench.truth()["undeclared"]] == ["channel_gain", "coulomb_friction"]
+    bench.backend.mount(specimen("thread"))
+    plain.backend.world.hold_still()
+    assert np.array_equal(bench.shot(rx=2000), plain.shot(rx=2000))
+    assert [effect["id"] for effect in bench.truth()["undeclared"]] == ["channel_gain"]
+
+
+@pytest.mark.parametrize(
+    ("tables", "why"),
+    [
+        (({"id": "gremlins", "strength": 1.0},), "resonator 'paper thread specimen', rotor.*gremlins"),
+        (({"id": "coulomb_friction", "strength": 1.0},) * 2, "only once"),
+        (({"id": "friction_fluctuation", "strength": 0.3, "tau_s": 0.1},), "no dry friction that could fluctuate"),
+    ],
+)
+def test_a_wrong_effect_of_a_resonator_is_refused_when_it_is_mounted(tables, why):
+    with pytest.raises(ConfigError, match=why):
+        Bench(None).backend.mount(with_effects("thread", *tables))
 
 
 def test_a_second_mode_that_runs_away_is_refused_when_the_specimen_is_mounted():

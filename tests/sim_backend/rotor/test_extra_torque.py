@@ -9,9 +9,10 @@ import pytest
 from drivers.errors import ConfigError
 from drivers.validation import validated
 from sim_backend.options import SimulatedOptions
+from sim_backend.rotor.dynamics import SingleAxis
 from sim_backend.rotor.motion import move
 from sim_backend.rotor.rest import rest_angle_rad
-from sim_backend.rotor.rotor import effective
+from sim_backend.rotor.rotor import FLUCTUATION_WAVES, effective
 from sim_backend.rotor.torque import parameters
 from sim_backend.rotor.trajectory import states
 from tests.kit.rotor_reference import follow
@@ -132,6 +133,26 @@ def test_all_torques_at_once_agree_with_the_reference():
     wanted = follow(rhs, START, np.unique(np.append(TIMES, 0.02)), turns=True)[-1]
     ours = move(0.0, TIMES[-1], *START, torques("jewel", *together, drift_from_s=0.02))
     assert [ours.phi_rad, ours.phi_dot_rad_per_s / W] == pytest.approx([wanted[0], wanted[1] / W], abs=1e-12)
+
+
+def test_friction_that_fluctuates_is_its_formula_also_where_a_piece_of_the_motion_begins_later():
+    fluctuation = effects({"id": "friction_fluctuation", "strength": 0.4, "tau_s": 0.02})
+    omega, phase = np.linspace(5.0, 400.0, FLUCTUATION_WAVES), np.arange(FLUCTUATION_WAVES)
+    rotor = replace(effective(specimen("jewel")), friction_waves=np.column_stack([omega, phase]))
+    w = rotor.omega_rad_per_s
+
+    def rhs(t, y, sign):
+        x = 0.5 * sum(cos(a * t + b) for a, b in zip(omega, phase, strict=True))  # of unit variance
+        dry = TF * hertz(y[0]) * exp(0.4 * x - 0.08)
+        return y[1], -2 * rotor.lambda_per_s * y[1] - w * w * sin(y[0]) - sign * dry
+
+    wanted = follow(rhs, START, TIMES, turns=True)[-1]
+    model = SingleAxis(rotor, fluctuation)
+    first = model.advance(0.0, 0.025, replace(model.rest(), phi_rad=START[0], phi_dot_rad_per_s=START[1]))
+    whole = model.advance(0.025, TIMES[-1], first)
+    assert [whole.phi_rad, whole.phi_dot_rad_per_s / w] == pytest.approx([wanted[0], wanted[1] / w], abs=1e-11)
+    late = SingleAxis(rotor.later(0.025), fluctuation).advance(0.0, TIMES[-1] - 0.025, first)
+    assert late.phi_rad == pytest.approx(whole.phi_rad, abs=1e-12)
 
 
 def test_a_field_breaks_the_rotor_loose_when_it_exceeds_the_static_friction_of_all_laws():

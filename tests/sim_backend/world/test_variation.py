@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 
+from sim_backend.hidden_effects.torques import FrictionFluctuation
 from sim_backend.options import EffectsOptions
 from sim_backend.rotor.rigid_body.acceleration import HERTZ, MU
 from sim_backend.rotor.rigid_body.parameters import body_parameters
-from sim_backend.rotor.rotor import effective
-from sim_backend.world.variation import Temperature, friction_factor, rotor_in_shot
+from sim_backend.rotor.rotor import FLUCTUATION_WAVES, effective
+from sim_backend.world.variation import Temperature, friction_factor, rotor_in_shot, with_fluctuating_friction
 from tests.kit.simulated_bench import Bench, options, specimen
 
 
@@ -64,6 +65,17 @@ def test_friction_scatters_lognormally_with_mean_one():
     assert factors.mean() == pytest.approx(1.0, abs=0.01)
     assert factors.std() == pytest.approx(0.27, rel=0.03)
     assert np.log(factors).std() == pytest.approx(np.sqrt(np.log1p(0.27**2)), rel=0.02)
+
+
+def test_friction_fluctuates_with_its_correlation_time_and_unit_variance():
+    effect = FrictionFluctuation(id="friction_fluctuation", strength=0.3, tau_s=0.2)
+    rng, rotor = np.random.default_rng(10), effective(specimen("jewel"))
+    drawn = np.stack([with_fluctuating_friction(rotor, effect, rng).friction_waves for _ in range(4000)])
+    omega, phase = drawn[:, :, 0], drawn[:, :, 1]
+    now, then = (np.sqrt(2 / FLUCTUATION_WAVES) * np.cos(omega * t + phase).sum(axis=1) for t in (0.3, 0.5))
+    assert [now.mean(), now.std()] == pytest.approx([0.0, 1.0], abs=0.05)
+    assert np.mean(now * then) == pytest.approx(np.exp(-1), abs=0.05)
+    assert with_fluctuating_friction(rotor, None, rng) is rotor
 
 
 def test_friction_creeps_up_with_wear():
