@@ -154,9 +154,11 @@ def _rotor_shots(base: JointFit) -> list[RotorShot]:
             rotation = rotation @ HALF_TURN_ABOUT_U
         record, jewel = shot.record, known.geometry.bearing == "jewel"
         loss = coefficients.get("lambda_per_s", 0.0)
+        f_nat_hz, m_r_am2 = state.dynamics.w / (2.0 * math.pi), abs(observed.m_r)
         values = RotorValues(
-            f_nat_hz=state.dynamics.w / (2.0 * math.pi),
-            m_r_am2=abs(observed.m_r),
+            f_nat_hz=f_nat_hz,
+            m_r_am2=m_r_am2,
+            distance_m=known.geometry.distance_m(f_nat_hz, m_r_am2),
             lambda_per_s=min(loss, _LIMITS.jewel_damping_per_s) if jewel else loss,
             rotation=rotation,
             tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0),

@@ -56,6 +56,9 @@ def free_parameters(geometry: RotorGeometry, defect: Defect | None, *, moving: b
             from_s=LIMITS.damping_from_s,
         ),
     ]
+    common.append(
+        FreeParameter(name="distance_m", step=LIMITS.step_m, sd=LIMITS.distance_sd_m, common=True)
+    )
     if defect is not None:
         step = LIMITS.step_m if defect == "lateral_displacement_m" else LIMITS.step_rad
         common.append(FreeParameter(name=defect, step=step, common=True))

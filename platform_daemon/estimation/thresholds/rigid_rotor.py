@@ -53,6 +53,9 @@ class RigidRotorThresholds:
     )
     start_sd_rad: float = tuned(0.2, "rad", "of the swing that may be left of the shot before")
     typical_rad_per_s: float = tuned(1300.0, "rad/s", "omega_nat of such a resonator, for the speed of that swing")
+    distance_sd_m: float = tuned(
+        5e-5, "m", "of the magnets' distance by the drawing: 3 % of the stator's moment by its grade and temperature"
+    )
     side_damping_sd_per_s: float = tuned(30.0, "1/s", "how well that is known")
     friction_coefficient_sd: float = tuned(0.05, "1", "of mu by the materials")
     damping_from_s: float = tuned(0.15, "s", "window from which on the dampings are free", START)
