@@ -7,7 +7,7 @@ the start values of a single angle are near enough.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -67,12 +67,13 @@ class _Layout:
     size: int
 
     @classmethod
-    def of(cls, shots: Sequence[RotorShot], defect: Defect | None, held: Sequence[str], window_s: float) -> _Layout:
+    def of(cls, shots: Sequence[RotorShot], defects: Iterable[Defect], held: Sequence[str], window_s: float) -> _Layout:
         free, places, shared, size = [], [], dict[str, int](), 0
+        defects = tuple(defects)
         for shot in shots:
             of_shot = tuple(
                 p
-                for p in free_parameters(shot.geometry, defect, moving=shot.moving)
+                for p in free_parameters(shot.geometry, defects, moving=shot.moving)
                 if p.name not in held and p.from_s <= window_s
             )
             here = []
@@ -87,6 +88,10 @@ class _Layout:
             free.append(of_shot)
             places.append(tuple(here))
         return cls(tuple(free), tuple(places), size)
+
+    def place(self, name: str) -> int:
+        """Of a common parameter in the vector."""
+        return next(k for p, k in zip(self.free[0], self.places[0], strict=True) if p.name == name)
 
     def moved(self, values: Sequence[RotorValues], step: Array) -> list[RotorValues]:
         """The values of each shot after a step (size,)."""
@@ -133,10 +138,11 @@ def fit_rotor(
         RotorFitError: the start values are far from any rotor, or nothing is determined.
     """
     first = [s.values for s in shots]
+    free = () if defect is None else (defect,)
     values, longest, stages = list(first), longest_s(shots), []
     window_s = min(first_window_s, longest)
     while True:
-        layout = _Layout.of(shots, defect, held, window_s if window_s < longest or not whole else math.inf)
+        layout = _Layout.of(shots, free, held, window_s if window_s < longest or not whole else math.inf)
         values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, pool)
         if window_s >= longest:
             break
@@ -163,6 +169,28 @@ def fit_rotor(
         defect=defect,
         stages=tuple(stages),
     )
+
+
+def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]:
+    """Start values of each shot for another defect in the place of the one that was free.
+
+    To first order, what the whole window shows of the defect is given to the rival and to all other parameters.
+    Raises RotorFitError.
+    """
+    size, _ = fit.strength
+    assert fit.defect is not None
+    layout = _Layout.of(fit.shots, (fit.defect, rival), (), math.inf)
+    matrix, *_ = _normal_equations(fit.shots, layout, fit.values, fit.window_s, pool)
+    matrix[np.diag_indices(layout.size)] += layout.prior(fit.values, fit.values)[0]
+    gone = layout.place(fit.defect)
+    others = [k for k in range(layout.size) if k != gone]
+    step = np.zeros(layout.size)
+    step[gone] = -size
+    try:
+        step[others] = np.linalg.solve(matrix[np.ix_(others, others)], size * matrix[others, gone])
+    except np.linalg.LinAlgError:
+        raise RotorFitError("the shots do not determine the rotor's parameters") from None
+    return layout.moved(fit.values, step)
 
 
 def _settled(

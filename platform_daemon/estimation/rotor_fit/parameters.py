@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -28,8 +29,8 @@ class FreeParameter:
     from_s: float = 0.0
 
 
-def free_parameters(geometry: RotorGeometry, defect: Defect | None, *, moving: bool) -> tuple[FreeParameter, ...]:
-    """Of one shot; moving: a swing of the shot before may be left when the drive begins."""
+def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, moving: bool) -> tuple[FreeParameter, ...]:
+    """Of one shot; defects: that are free; moving: a swing of the shot before may be left when the drive begins."""
     own = [
         FreeParameter(name="f_nat_hz", step=LIMITS.step_f_nat_hz),
         FreeParameter(name="m_r_am2", step=LIMITS.step_m_r_am2),
@@ -56,10 +57,8 @@ def free_parameters(geometry: RotorGeometry, defect: Defect | None, *, moving: b
             from_s=LIMITS.damping_from_s,
         ),
     ]
-    common.append(
-        FreeParameter(name="distance_m", step=LIMITS.step_m, sd=LIMITS.distance_sd_m, common=True)
-    )
-    if defect is not None:
+    common.append(FreeParameter(name="distance_m", step=LIMITS.step_m, sd=LIMITS.distance_sd_m, common=True))
+    for defect in defects:
         step = LIMITS.step_m if defect == "lateral_displacement_m" else LIMITS.step_rad
         common.append(FreeParameter(name=defect, step=step, common=True))
     if geometry.bearing == "jewel":

@@ -220,6 +220,8 @@ class RigidRotor:
 
     def rest(self) -> Array:
         """The state (STATES,) of equilibrium without friction.  Raises NoRestError."""
+        if not (self.values.distance_m > self.geometry.radius_m and self.values.m_r_am2 > 0.0):
+            raise NoRestError(f"magnets {self.values.distance_m:.3g} m apart with {self.values.m_r_am2:.3g} A m^2")
         p = self.parameters.copy()
         p[[FRICTION, DAMPING, SIDE_DAMPING]] = 0.0
         still = np.zeros(DRIVE_SLOTS)
