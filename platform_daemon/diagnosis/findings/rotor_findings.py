@@ -48,7 +48,7 @@ def rotor_effect(rotor: ManufacturingError, held_out_gain: float) -> AcceptedEff
     """The named manufacturing error with its evidence."""
     gain = (rotor.before_chi2 - sum(rotor.fit.chi2)) / max(1.0, rotor.fit.chi2_per_dof)
     return AcceptedEffect(
-        candidate=Candidate(rotor.effect),
+        candidate=Candidate(rotor.effect, held=rotor.held),
         strength=rotor.strength,
         std=rotor.std,
         log_p=log_chance(gain, 1, float(len(DEFECTS))),

@@ -16,9 +16,9 @@ from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
-from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U, rodrigues_from_rotation
+from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
 from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, exchanged, fit_rotor, longest_s
-from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect, free_parameters
+from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, HELD_WITH_A_DEFECT, Defect, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 
 _LIMITS = THRESHOLDS.rigid_body
@@ -106,6 +106,12 @@ class ManufacturingError:
     parameters: Mapping[str, Mean]
 
     @property
+    def held(self) -> dict[str, float]:
+        """What is common to all shots beside the error and lambda, by name, SI: later fits hold it."""
+        values = self.fit.values[0]
+        return {name: getattr(values, name) for name in HELD_WITH_A_DEFECT}
+
+    @property
     def in_words(self) -> str:
         """stator tilted by 2.030(12) deg about v."""
         return _in_words(self.effect, self.strength, self.std)
@@ -175,9 +181,6 @@ def _rotor_shots(base: JointFit) -> list[RotorShot]:
         coefficients = dict(
             zip((c.name for c in base.hypothesis.model.coefficients), state.dynamics.values, strict=True)
         )
-        rotation = observed.rotation
-        if (known.rotation.T @ rotation)[2, 2] < 0.0:
-            rotation = rotation @ HALF_TURN_ABOUT_U
         record, jewel = shot.record, known.geometry.bearing == "jewel"
         loss = coefficients.get("lambda_per_s", 0.0)
         f_nat_hz, m_r_am2 = state.dynamics.w / (2.0 * math.pi), abs(observed.m_r)
@@ -186,7 +189,7 @@ def _rotor_shots(base: JointFit) -> list[RotorShot]:
             m_r_am2=m_r_am2,
             distance_m=known.geometry.distance_m(f_nat_hz, m_r_am2),
             lambda_per_s=min(loss, _LIMITS.jewel_damping_per_s) if jewel else loss,
-            rotation=rotation,
+            rotation=known.facing(observed.rotation),
             tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0),
             friction_coefficient=known.geometry.friction_coefficient,
             side_damping_per_s=_LIMITS.side_damping_per_s,

@@ -32,7 +32,8 @@ class RotorFit:
     """A fit of shots together.
 
     values: of each shot; std: of each shot by name, widened where the residual exceeds the noise; chi2: of each shot;
-    dof: of each shot; window_s: the last window; defect: that was free, None: none; stages: the windows that came
+    dof: of each shot; window_s: the last window; covariance: (k, k) of all free parameters, widened as std; places: of
+    each shot's parameters in it, by name; defect: that was free, None: none; stages: the windows that came
     before, s, each with the values of the shots as they were fitted to it alone.
     """
 
@@ -43,6 +44,8 @@ class RotorFit:
     dof: tuple[float, ...]
     window_s: float
     defect: Defect | None
+    covariance: Array
+    places: tuple[Mapping[str, int], ...]
     stages: tuple[tuple[float, tuple[RotorValues, ...]], ...] = ()
 
     @property
@@ -155,7 +158,8 @@ def fit_rotor(
     except np.linalg.LinAlgError:
         raise RotorFitError("the shots do not determine the rotor's parameters") from None
     wider = math.sqrt(max(1.0, sum(chi2) / sum(dof)))
-    std = wider * np.sqrt(np.abs(np.diag(covariance)))
+    covariance = np.asarray(wider**2 * covariance, dtype=np.float64)
+    std = np.sqrt(np.abs(np.diag(covariance)))
     return RotorFit(
         shots=tuple(shots),
         values=tuple(values),
@@ -167,6 +171,11 @@ def fit_rotor(
         dof=tuple(dof),
         window_s=window_s,
         defect=defect,
+        covariance=covariance,
+        places=tuple(
+            {p.name: k for p, k in zip(free, places, strict=True)}
+            for free, places in zip(layout.free, layout.places, strict=True)
+        ),
         stages=tuple(stages),
     )
 

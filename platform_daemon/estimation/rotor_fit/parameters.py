@@ -12,6 +12,8 @@ from platform_daemon.estimation.thresholds import THRESHOLDS
 LIMITS = THRESHOLDS.rigid_rotor
 Defect = Literal["stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m"]
 DEFECTS: tuple[Defect, ...] = ("stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m")
+HELD_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "friction_coefficient", "creep_m_per_s")
+"""What belongs to a specimen as its defect does: fits with an adopted defect hold both."""
 
 
 @dataclass(frozen=True, kw_only=True)
