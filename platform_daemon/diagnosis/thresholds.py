@@ -348,7 +348,6 @@ class RigidBody:
     creep_m_per_s: float = 2e-3
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
     rival_window_s: float = 0.2  # s of the windows that grow for look-alikes: the first, where all act alike [cost]
-    rival_chi2: float = 25.0  # rise of chi^2 in one shot up to which a look-alike is tried on all shots [unset]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
 

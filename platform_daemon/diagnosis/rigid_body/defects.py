@@ -17,9 +17,10 @@ from platform_daemon.estimation.least_squares.observation_model import DipoleObs
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
-from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, exchanged, fit_rotor, longest_s
+from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, Stage, exchanged, fit_rotor, longest_s
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, HELD_WITH_A_DEFECT, Defect, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
+from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
 _LIMITS = THRESHOLDS.rigid_body
 _TILT: Defect = "stator_tilt_rad"  # the one that is searched; what acts alike is looked for beside it
@@ -253,7 +254,7 @@ def _ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     first = _alone(shot, pool)
     fits = [first, *_rivals(first, [d for d in DEFECTS if d != _TILT], pool, first_window_s=_LIMITS.rival_window_s)]
     fits.sort(key=_total)
-    return [fits[0], *(f for f in fits[1:] if _rise(f, fits[0]) < _LIMITS.rival_chi2)]
+    return [fits[0], *(f for f in fits[1:] if _rise(f, fits[0]) < FIT_LIMITS.rigid_rotor.rival_chi2)]
 
 
 def _rivals(
@@ -265,7 +266,7 @@ def _rivals(
         try:
             values = exchanged(found, rival, pool)
             begun = [replace(s, values=v) for s, v in zip(found.shots, values, strict=True)]
-            fits.append(fit_rotor(begun, rival, pool, first_window_s=first_window_s))
+            fits.append(fit_rotor(begun, rival, pool, first_window_s=first_window_s, beside=found))
         except RotorFitError:
             continue
     return fits
@@ -312,8 +313,10 @@ def _held_out(fits: Sequence[RotorFit]) -> HeldOutRotor:
         shot = fit.shots[0]
         share = THRESHOLDS.regression.own_share if k else THRESHOLDS.regression.split_share
         whole = shot.samples.shape[1] / shot.rate_hz
-        early = [s for s in fit.stages if s[0] <= share * whole]
-        window_s, (values, *_) = (early or list(fit.stages) or [(fit.window_s, fit.values)])[-1]
+        own = Stage(fit.window_s, fit.values, _total(fit))
+        early = [s for s in fit.stages if s.window_s <= share * whole]
+        stage = (early or list(fit.stages) or [own])[-1]
+        window_s, values = stage.window_s, stage.values[0]
         n = shot.count(window_s)
         try:
             model, _ = shot.rotor(values).dm_dt(shot.samples.shape[1], shot.rate_hz)

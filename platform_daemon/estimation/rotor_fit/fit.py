@@ -27,14 +27,22 @@ class RotorFitError(ValueError):
     """The fit finds no rotor; the text says why."""
 
 
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A window, s, the values of the shots as they were fitted to it alone, and their chi^2."""
+
+    window_s: float
+    values: tuple[RotorValues, ...]
+    chi2: float
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RotorFit:
     """A fit of shots together.
 
     values: of each shot; std: of each shot by name, widened where the residual exceeds the noise; chi2: of each shot;
     dof: of each shot; window_s: the last window; covariance: (k, k) of all free parameters, widened as std; places: of
-    each shot's parameters in it, by name; defect: that was free, None: none; stages: the windows that came
-    before, s, each with the values of the shots as they were fitted to it alone.
+    each shot's parameters in it, by name; defect: that was free, None: none; stages: the windows that came before.
     """
 
     shots: tuple[RotorShot, ...]
@@ -46,7 +54,7 @@ class RotorFit:
     defect: Defect | None
     covariance: Array
     places: tuple[Mapping[str, int], ...]
-    stages: tuple[tuple[float, tuple[RotorValues, ...]], ...] = ()
+    stages: tuple[Stage, ...] = ()
 
     @property
     def chi2_per_dof(self) -> float:
@@ -126,6 +134,7 @@ def fit_rotor(
     first_window_s: float = LIMITS.first_window_s,
     held: Sequence[str] = (),
     whole: bool = True,
+    beside: RotorFit | None = None,
 ) -> RotorFit:
     """Fit shots of one specimen together.
 
@@ -135,10 +144,11 @@ def fit_rotor(
         pool: for the columns of the Jacobian.
         first_window_s: of the windows that grow.
         held: names of parameters that are not free.
+        beside: a fit with another defect; this one ends where a window's chi^2 rises too far above that one's.
         whole: the window of the whole ring-down frees every parameter; False: only those that its length tells.
 
     Raises:
-        RotorFitError: the start values are far from any rotor, or nothing is determined.
+        RotorFitError: the start values are far from any rotor, nothing is determined, or `beside` is far better.
     """
     first = [s.values for s in shots]
     free = () if defect is None else (defect,)
@@ -149,7 +159,9 @@ def fit_rotor(
         values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, pool)
         if window_s >= longest:
             break
-        stages.append((window_s, tuple(values)))
+        stages.append(Stage(window_s, tuple(values), sum(chi2)))
+        if beside is not None:
+            _still_alike(stages[-1], beside)
         window_s *= LIMITS.window_growth
         if window_s * math.sqrt(LIMITS.window_growth) > longest:
             window_s = longest
@@ -171,13 +183,20 @@ def fit_rotor(
         dof=tuple(dof),
         window_s=window_s,
         defect=defect,
-        covariance=covariance,
+        covariance=np.asarray(covariance, dtype=np.float64),
         places=tuple(
             {p.name: k for p, k in zip(free, places, strict=True)}
             for free, places in zip(layout.free, layout.places, strict=True)
         ),
         stages=tuple(stages),
     )
+
+
+def _still_alike(stage: Stage, beside: RotorFit) -> None:
+    """Raises RotorFitError."""
+    other = next((s for s in beside.stages if math.isclose(s.window_s, stage.window_s)), None)
+    if other is not None and stage.chi2 - other.chi2 > LIMITS.rival_chi2 * max(1.0, beside.chi2_per_dof):
+        raise RotorFitError(f"{beside.defect} explains the first {stage.window_s:.3g} s better")
 
 
 def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]:

@@ -59,7 +59,15 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, movin
             from_s=LIMITS.damping_from_s,
         ),
     ]
-    common.append(FreeParameter(name="distance_m", step=LIMITS.step_m, sd=LIMITS.distance_sd_m, common=True))
+    common.append(
+        FreeParameter(
+            name="distance_m",
+            step=LIMITS.step_m,
+            sd=LIMITS.distance_sd_m,
+            common=True,
+            from_s=LIMITS.distance_from_s,
+        )
+    )
     for defect in defects:
         step = LIMITS.step_m if defect == "lateral_displacement_m" else LIMITS.step_rad
         common.append(FreeParameter(name=defect, step=step, common=True))

@@ -56,9 +56,11 @@ class RigidRotorThresholds:
     distance_sd_m: float = tuned(
         5e-5, "m", "of the magnets' distance by the drawing: 3 % of the stator's moment by its grade and temperature"
     )
+    distance_from_s: float = tuned(0.5, "s", "window from which on it is free: in short ones it runs away", START)
     side_damping_sd_per_s: float = tuned(30.0, "1/s", "how well that is known")
     friction_coefficient_sd: float = tuned(0.05, "1", "of mu by the materials")
     damping_from_s: float = tuned(0.15, "s", "window from which on the dampings are free", START)
+    rival_chi2: float = tuned(25.0, "1", "rise of chi^2 in a window at which another defect is given up")
     first_window_s: float = tuned(0.05, "s", "of the windows that grow; each is twice the one before")
     window_growth: float = tuned(2.0, "1", "ratio of a window to the one before")
     most_steps: int = tuned(40, "steps", "of Gauss-Newton in a window")

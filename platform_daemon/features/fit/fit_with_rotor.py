@@ -77,15 +77,14 @@ def _shot(
     record: RingDownRecord, noise: NoiseModel, start: FitResult, known: RotorContext, error: AdoptedRotorRecord
 ) -> RotorShot:
     """The window of the fit of one angle, with start values as far from that fit as in the diagnosis."""
-    at = {
-        name: start.parameters[name].value * error.ratio.get(name, 1.0) for name in _PUBLIC if name in start.parameters
-    }
+    found = {name: each.value for name, each in start.parameters.items()}
+    at = {name: found[name] * error.ratio.get(name, 1.0) for name in _PUBLIC if name in found}
     values = RotorValues(
         f_nat_hz=at["f_nat_hz"],
         m_r_am2=at["m_r_am2"],
         lambda_per_s=at["lambda_per_s"],
         tf_over_i_rad_per_s2=at.get("tf_over_i_rad_per_s2", 0.0),
-        rotation=known.facing(rotation_from_rodrigues(np.array([start.parameters[n].value for n in RODRIGUES]))),
+        rotation=known.facing(rotation_from_rodrigues(np.array([found[n] for n in RODRIGUES]))),
         **error.held,
     ).with_numbers({error.parameter: error.strength})
     samples = record.valid[:, : start.samples]

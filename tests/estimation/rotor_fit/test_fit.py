@@ -49,7 +49,8 @@ def test_two_shots_together_tell_the_tilt_and_their_own_values_from_a_start_far_
         for name in ("f_nat_hz", "m_r_am2", "lambda_per_s"):
             assert abs(getattr(values, name) - getattr(wanted, name)) < 4 * errors[name], name
     assert found.values[0].lambda_per_s == found.values[1].lambda_per_s
-    assert [window for window, _ in found.stages] == sorted(window for window, _ in found.stages)
+    windows = [stage.window_s for stage in found.stages]
+    assert windows == sorted(windows)
 
 
 def test_a_start_beyond_any_rotor_is_refused_in_words(pool):
