@@ -73,10 +73,10 @@ def model_from_diagnosis(
     before = base if isinstance(base, AdoptedModel) else None
     values = {n: v.value for n, v in found.parameters_after.items()}
     rotor = next((_rotor(e, found) for e in chosen if e.id in _ROTORS), None)
-    if rotor is not None and before is not None and (before.terms or before.rotor):
-        why = "the rotor of five degrees of freedom takes neither torque terms nor a second error beside it"
+    if before is not None and (before.rotor or (rotor and before.terms)):
+        why = "a rotor of five degrees of freedom takes neither torque terms nor a second error beside its own"
         remedy = f"diagnose on {before.base}, without the adopted model"
-        raise AdoptionRefused(f"{rotor.id} cannot be adopted", where=before.label, why=why, remedy=remedy)
+        raise AdoptionRefused("the rotor takes nothing beside its error", where=before.label, why=why, remedy=remedy)
     return AdoptedModel(
         name=name,
         version=0,
