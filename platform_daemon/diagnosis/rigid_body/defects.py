@@ -136,7 +136,8 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
 
     The first shot is fitted alone in windows that grow, with each error in turn; the others begin with what it found in
     common, so that their ends are predicted from their beginnings; then all are fitted together, with the error that
-    explains them best and with those that the first shot could not tell from it.
+    explains it best and with those that it could not tell from that.  Of errors that explain the shots alike the first
+    one in `DEFECTS` has the name.
     """
     shots = _rotor_shots(base)
     if not shots:
@@ -147,11 +148,12 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         together = [_together(fits, pool)]
         if len(shots) > 1:
             together += _rivals(together[0], [_defect_of(f) for f in ranked[1:]], pool)
-            best = min(together, key=_total)
-            if best is not together[0]:
-                fits = _each(shots, next(f for f in ranked if f.defect == best.defect), pool)
         else:
-            together, best = ranked, ranked[0]
+            together = ranked
+        alike = _as_good(together)
+        best = min(alike, key=lambda f: DEFECTS.index(_defect_of(f)))
+        if best.defect != ranked[0].defect:
+            fits = _each(shots, next(f for f in ranked if f.defect == best.defect), pool)
         held_out = _held_out(fits)
     except RotorFitError:
         return None
@@ -159,16 +161,16 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
     if not best.chi2_per_dof < _LIMITS.explained_chi2_per_dof or not abs(strength) > _LIMITS.sure_sigma * std:
         return None
     bearing = shots[0].geometry.bearing
-    alike = [f for f in together if f is not best and _rise(f, best) < THRESHOLDS.selection.told_apart_chi2]
+    others = [f for f in alike if f is not best]
     return ManufacturingError(
         effect=effect_of(_defect_of(best), bearing),
         strength=strength,
         std=std,
-        alike=tuple(_like_it(f, best) for f in alike),
+        alike=tuple(_like_it(f, best) for f in others),
         fit=best,
         held_out=held_out,
         before_chi2=base.chi2,
-        parameters=_means(best),
+        parameters=_means(best, others),
     )
 
 
@@ -282,6 +284,12 @@ def _total(fit: RotorFit) -> float:
     return sum(fit.chi2)
 
 
+def _as_good(fits: Sequence[RotorFit]) -> list[RotorFit]:
+    """Those whose chi^2 the data cannot tell from the least."""
+    least = min(fits, key=_total)
+    return [f for f in fits if _rise(f, least) < THRESHOLDS.selection.told_apart_chi2]
+
+
 def _rise(fit: RotorFit, best: RotorFit) -> float:
     """Of chi^2 over that of the best fit, in units of what that leaves."""
     return (_total(fit) - _total(best)) / max(1.0, best.chi2_per_dof)
@@ -336,10 +344,11 @@ def _held_out(fits: Sequence[RotorFit]) -> HeldOutRotor:
     return HeldOutRotor(chi2=chi2, dof=dof, squares=squares, energy=energy)
 
 
-def _means(fit: RotorFit) -> dict[str, Mean]:
+def _means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:
     """Means over the shots of what is also a parameter of one angle, and the orientation.
 
-    The errors of the shots stem mostly from the common values, so that they do not average out.
+    The errors of the shots stem mostly from the common values, so that they do not average out.  They span what the
+    other defects that are as good make of each parameter.
     """
     jewel = fit.shots[0].geometry.bearing == "jewel"
     names = ["f_nat_hz", "m_r_am2", "lambda_per_s", *(["tf_over_i_rad_per_s2"] if jewel else [])]
@@ -348,7 +357,8 @@ def _means(fit: RotorFit) -> dict[str, Mean]:
         values = np.array([getattr(v, name) for v in fit.values])
         errors = np.array([s[name] for s in fit.std])
         common = name == "lambda_per_s"
-        std = float(errors.mean())
+        off = [np.mean([getattr(v, name) for v in other.values]) - values.mean() for other in others]
+        std = math.hypot(float(errors.mean()), max(map(abs, off), default=0.0))
         scatter = None if common or values.size == 1 else float(values.std(ddof=1))
         found[name] = Mean(value=float(values.mean()), std=std, scatter=scatter)
     turned = np.array(

@@ -153,18 +153,15 @@ def fit_rotor(
     first = [s.values for s in shots]
     free = () if defect is None else (defect,)
     values, longest, stages = list(first), longest_s(shots), []
-    window_s = min(first_window_s, longest)
-    while True:
+    for window_s in _windows_s(first_window_s, longest):
         layout = _Layout.of(shots, free, held, window_s if window_s < longest or not whole else math.inf)
-        values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, pool)
-        if window_s >= longest:
+        settled_chi2 = LIMITS.settled_chi2 if window_s < longest else LIMITS.found_chi2
+        values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, settled_chi2, pool)
+        if window_s == longest:
             break
         stages.append(Stage(window_s, tuple(values), sum(chi2)))
         if beside is not None:
             _still_alike(stages[-1], beside)
-        window_s *= LIMITS.window_growth
-        if window_s * math.sqrt(LIMITS.window_growth) > longest:
-            window_s = longest
     try:
         covariance = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
@@ -190,6 +187,15 @@ def fit_rotor(
         ),
         stages=tuple(stages),
     )
+
+
+def _windows_s(first_s: float, longest_s: float) -> list[float]:
+    """They grow to the share from which the rest is predicted, and then to the whole."""
+    found, share_s = [], LIMITS.predicting_share * longest_s
+    while first_s * math.sqrt(LIMITS.window_growth) < share_s:
+        found.append(first_s)
+        first_s *= LIMITS.window_growth
+    return [*found, *([share_s] if found else []), longest_s]
 
 
 def _still_alike(stage: Stage, beside: RotorFit) -> None:
@@ -227,6 +233,7 @@ def _settled(
     values: list[RotorValues],
     first: Sequence[RotorValues],
     window_s: float,
+    settled_chi2: float,
     pool: Executor,
 ) -> tuple[list[RotorValues], Array, list[float], list[float]]:
     """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more."""
@@ -244,7 +251,7 @@ def _settled(
             except np.linalg.LinAlgError:
                 raise RotorFitError("the shots do not determine the rotor's parameters") from None
             expected = float(2.0 * gradient @ step - step @ matrix @ step)
-            if expected < LIMITS.settled_chi2 and damping <= LIMITS.first_damping:
+            if expected < settled_chi2 and damping <= LIMITS.first_damping:
                 break
             trial = layout.moved(values, np.asarray(step, dtype=np.float64))
             fall = total - _cost(shots, layout, trial, first, window_s)
@@ -254,7 +261,7 @@ def _settled(
                 grows = LIMITS.damping_grows
                 break
             damping, grows = damping * grows, 2.0 * grows
-        if not moved or fall < LIMITS.settled_chi2:
+        if not moved or fall < settled_chi2:
             break
     own = layout.size / len(shots)
     return values, matrix, chi2, [count - own for count in counts]
