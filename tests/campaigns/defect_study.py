@@ -31,6 +31,7 @@ THRESHOLD_UT = {"thread": 270.0, "jewel": 610.0}  # fields from which side modes
 CONSTANTS = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
 SURE = 3.0  # standard errors within which a number counts as true
 NONE = "none"
+NO_FIT = 3  # exit code: no shot could be fitted
 
 
 @dataclass(frozen=True)
@@ -119,9 +120,11 @@ def outcome(case: Case, rx_s: float) -> Outcome:
             "measure", "--resonator", file, "--field-ut", f"{case.field_ut:.1f}", "--rx-s", str(rx_s), "--shots", "1",
             "--set", f"backends.simulated.seed={case.seed}", "--out", shot, timeout=1800,
         )  # fmt: skip
-        if made.returncode != 0:
+        if made.returncode not in (0, NO_FIT):
             raise RuntimeError(made.stderr)
         done = run("diagnose", shot, "--json", report, timeout=7200)
+        if done.returncode == NO_FIT:
+            return Outcome(case, "refused", (), (), None, {}, None, 0.0)
         if done.returncode != 0:
             raise RuntimeError(done.stderr)
         (truth,) = read_truth(shot) or []
