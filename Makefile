@@ -10,7 +10,7 @@ PAGES := page
 # Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: paper-wound reproduce-kills coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: paper-wound reproduce-kills coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study defect-study angle-study clean
 
 install: $(STAMP)
 
@@ -113,6 +113,10 @@ reproduce-kills: install
 diagnose-study: install
 	$(BIN)/python -m tests.campaigns.diagnosis_study $(STUDY)
 	$(BIN)/python -m tests.evidence --measured diagnosis-study
+
+# Drawn manufacturing errors and perfect rotors; `make defect-study DEFECTS='--errors 40 --perfect 100'` is the long one.
+defect-study: install
+	$(BIN)/python -m tests.campaigns.defect_study $(DEFECTS)
 
 # Deaths, hangs, cut links; `make crash CRASH='--each 1'` is a short one; the journal lets an interrupted one go on, with as many `--lanes`.
 crash: install

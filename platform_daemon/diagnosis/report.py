@@ -152,6 +152,7 @@ def _detail(named: AcceptedEffect) -> EffectDetail:
         source=d.start,
         target=d.end,
         **{coefficient.name: value for coefficient, value in scales},
+        **c.held,
     )
 
 

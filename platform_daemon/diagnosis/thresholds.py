@@ -342,14 +342,12 @@ class RigidBody:
     plane_points: int = 24  # frequencies at which it is read [unset]
     plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
     start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
-    start_m: float = 1e-4  # displacement at which a fit starts, with both signs [unset]
     jewel_damping_per_s: float = 0.1  # 1/s, lambda of a jewel at most at the start: one angle's takes the slip [unset]
     side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]
     # m/s of slip below which a jewel's contact creeps, held: free, it trades with the losses [physics]
     creep_m_per_s: float = 2e-3
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
-    rival_window_s: float = 0.1  # s over which look-alikes are tried on one shot [cost]
-    rival_chi2: float = 25.0  # rise of chi^2 up to which a look-alike explains a shot as well [unset]
+    rival_window_s: float = 0.2  # s of the windows that grow for look-alikes: the first, where all act alike [cost]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
 

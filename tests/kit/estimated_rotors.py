@@ -31,9 +31,11 @@ def geometry(specimen: Specimen) -> RotorGeometry:
 def true_rotor(specimen: Specimen, drive: CoilDrive = NO_DRIVE, **other: Any) -> RigidRotor:
     """With the values of the specimen; other: values in the place of them."""
     rotor, defects = effective(specimen), specimen.defects
+    assert rotor.body is not None
     values: dict[str, Any] = {
         "f_nat_hz": rotor.f_nat_hz,
         "m_r_am2": rotor.m_r_am2,
+        "distance_m": rotor.body.distance_m,
         "lambda_per_s": rotor.lambda_per_s,
         "rotation": rotor.rotation,
         "tf_over_i_rad_per_s2": rotor.tf_over_i_rad_per_s2,

@@ -11,7 +11,7 @@ An effect is tried as candidates: the effect at one place (axis, frequency, deca
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from platform_daemon.diagnosis.shots.linearisation import Linearisation
@@ -82,6 +82,7 @@ class Candidate:
         largest: size of the strength beyond which it is no longer a small effect of this kind, but something else.
         tones_hz: of steady tones, all that belong together.
         trials: number of independent places that were searched; the p-value is corrected for it.
+        held: further numbers that a fit with this effect holds, by public name, SI.
         f_nat_course: (time in s) -> relative change of f_nat by a unit of strength, of torques that are only this.
     """
 
@@ -102,6 +103,7 @@ class Candidate:
     largest: float = math.inf
     tones_hz: tuple[float, ...] = ()
     trials: float = 1.0
+    held: Mapping[str, float] = field(default_factory=dict, compare=False)
     f_nat_course: Callable[[Array], Array] | None = None
 
     def allows(self, strength: float) -> bool:

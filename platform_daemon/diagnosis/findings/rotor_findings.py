@@ -48,12 +48,12 @@ def rotor_effect(rotor: ManufacturingError, held_out_gain: float) -> AcceptedEff
     """The named manufacturing error with its evidence."""
     gain = (rotor.before_chi2 - sum(rotor.fit.chi2)) / max(1.0, rotor.fit.chi2_per_dof)
     return AcceptedEffect(
-        candidate=Candidate(rotor.effect),
+        candidate=Candidate(rotor.effect, held=rotor.held),
         strength=rotor.strength,
         std=rotor.std,
         log_p=log_chance(gain, 1, float(len(DEFECTS))),
         held_out_gain=held_out_gain,
-        confounders=tuple(Confounder(candidate=Candidate(e), rise=0.0, gain=gain) for e in rotor.alike),
+        confounders=tuple(Confounder(candidate=Candidate(a.effect), rise=a.rise, gain=gain) for a in rotor.alike),
     )
 
 
@@ -64,7 +64,7 @@ def leaves_noise(rotor: ManufacturingError) -> bool:
 
 def rotor_notes(rotor: ManufacturingError) -> tuple[str, ...]:
     """What it is, in words."""
-    alike = f", or what acts alike: {', '.join(e.id for e in rotor.alike)}" if rotor.alike else ""
+    alike = "".join(f", or {a.in_words}" for a in rotor.alike)
     fit = rotor.fit
     return (
         f"{rotor.in_words}{alike}: a rotor of five degrees of freedom, from rest through the recorded drive, leaves "

@@ -7,7 +7,7 @@ the start values of a single angle are near enough.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -27,13 +27,22 @@ class RotorFitError(ValueError):
     """The fit finds no rotor; the text says why."""
 
 
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A window, s, the values of the shots as they were fitted to it alone, and their chi^2."""
+
+    window_s: float
+    values: tuple[RotorValues, ...]
+    chi2: float
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RotorFit:
     """A fit of shots together.
 
     values: of each shot; std: of each shot by name, widened where the residual exceeds the noise; chi2: of each shot;
-    dof: of each shot; window_s: the last window; defect: that was free, None: none; stages: the windows that came
-    before, s, each with the values of the shots as they were fitted to it alone.
+    dof: of each shot; window_s: the last window; covariance: (k, k) of all free parameters, widened as std; places: of
+    each shot's parameters in it, by name; defect: that was free, None: none; stages: the windows that came before.
     """
 
     shots: tuple[RotorShot, ...]
@@ -43,7 +52,9 @@ class RotorFit:
     dof: tuple[float, ...]
     window_s: float
     defect: Defect | None
-    stages: tuple[tuple[float, tuple[RotorValues, ...]], ...] = ()
+    covariance: Array
+    places: tuple[Mapping[str, int], ...]
+    stages: tuple[Stage, ...] = ()
 
     @property
     def chi2_per_dof(self) -> float:
@@ -67,12 +78,13 @@ class _Layout:
     size: int
 
     @classmethod
-    def of(cls, shots: Sequence[RotorShot], defect: Defect | None, held: Sequence[str], window_s: float) -> _Layout:
+    def of(cls, shots: Sequence[RotorShot], defects: Iterable[Defect], held: Sequence[str], window_s: float) -> _Layout:
         free, places, shared, size = [], [], dict[str, int](), 0
+        defects = tuple(defects)
         for shot in shots:
             of_shot = tuple(
                 p
-                for p in free_parameters(shot.geometry, defect, moving=shot.moving)
+                for p in free_parameters(shot.geometry, defects, moving=shot.moving)
                 if p.name not in held and p.from_s <= window_s
             )
             here = []
@@ -87,6 +99,10 @@ class _Layout:
             free.append(of_shot)
             places.append(tuple(here))
         return cls(tuple(free), tuple(places), size)
+
+    def place(self, name: str) -> int:
+        """Of a common parameter in the vector."""
+        return next(k for p, k in zip(self.free[0], self.places[0], strict=True) if p.name == name)
 
     def moved(self, values: Sequence[RotorValues], step: Array) -> list[RotorValues]:
         """The values of each shot after a step (size,)."""
@@ -118,6 +134,7 @@ def fit_rotor(
     first_window_s: float = LIMITS.first_window_s,
     held: Sequence[str] = (),
     whole: bool = True,
+    beside: RotorFit | None = None,
 ) -> RotorFit:
     """Fit shots of one specimen together.
 
@@ -127,29 +144,31 @@ def fit_rotor(
         pool: for the columns of the Jacobian.
         first_window_s: of the windows that grow.
         held: names of parameters that are not free.
+        beside: a fit with another defect; this one ends where a window's chi^2 rises too far above that one's.
         whole: the window of the whole ring-down frees every parameter; False: only those that its length tells.
 
     Raises:
-        RotorFitError: the start values are far from any rotor, or nothing is determined.
+        RotorFitError: the start values are far from any rotor, nothing is determined, or `beside` is far better.
     """
     first = [s.values for s in shots]
+    free = () if defect is None else (defect,)
     values, longest, stages = list(first), longest_s(shots), []
-    window_s = min(first_window_s, longest)
-    while True:
-        layout = _Layout.of(shots, defect, held, window_s if window_s < longest or not whole else math.inf)
-        values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, pool)
-        if window_s >= longest:
+    for window_s in _windows_s(first_window_s, longest):
+        layout = _Layout.of(shots, free, held, window_s if window_s < longest or not whole else math.inf)
+        settled_chi2 = LIMITS.settled_chi2 if window_s < longest else LIMITS.found_chi2
+        values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, settled_chi2, pool)
+        if window_s == longest:
             break
-        stages.append((window_s, tuple(values)))
-        window_s *= LIMITS.window_growth
-        if window_s * math.sqrt(LIMITS.window_growth) > longest:
-            window_s = longest
+        stages.append(Stage(window_s, tuple(values), sum(chi2)))
+        if beside is not None:
+            _still_alike(stages[-1], beside)
     try:
         covariance = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
         raise RotorFitError("the shots do not determine the rotor's parameters") from None
     wider = math.sqrt(max(1.0, sum(chi2) / sum(dof)))
-    std = wider * np.sqrt(np.abs(np.diag(covariance)))
+    covariance = np.asarray(wider**2 * covariance, dtype=np.float64)
+    std = np.sqrt(np.abs(np.diag(covariance)))
     return RotorFit(
         shots=tuple(shots),
         values=tuple(values),
@@ -161,8 +180,51 @@ def fit_rotor(
         dof=tuple(dof),
         window_s=window_s,
         defect=defect,
+        covariance=np.asarray(covariance, dtype=np.float64),
+        places=tuple(
+            {p.name: k for p, k in zip(free, places, strict=True)}
+            for free, places in zip(layout.free, layout.places, strict=True)
+        ),
         stages=tuple(stages),
     )
+
+
+def _windows_s(first_s: float, longest_s: float) -> list[float]:
+    """They grow to the share from which the rest is predicted, and then to the whole."""
+    found, share_s = [], LIMITS.predicting_share * longest_s
+    while first_s * math.sqrt(LIMITS.window_growth) < share_s:
+        found.append(first_s)
+        first_s *= LIMITS.window_growth
+    return [*found, *([share_s] if found else []), longest_s]
+
+
+def _still_alike(stage: Stage, beside: RotorFit) -> None:
+    """Raises RotorFitError."""
+    other = next((s for s in beside.stages if math.isclose(s.window_s, stage.window_s)), None)
+    if other is not None and stage.chi2 - other.chi2 > LIMITS.rival_chi2 * max(1.0, beside.chi2_per_dof):
+        raise RotorFitError(f"{beside.defect} explains the first {stage.window_s:.3g} s better")
+
+
+def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]:
+    """Start values of each shot for another defect in the place of the one that was free.
+
+    To first order, what the whole window shows of the defect is given to the rival and to all other parameters.
+    Raises RotorFitError.
+    """
+    size, _ = fit.strength
+    assert fit.defect is not None
+    layout = _Layout.of(fit.shots, (fit.defect, rival), (), math.inf)
+    matrix, *_ = _normal_equations(fit.shots, layout, fit.values, fit.window_s, pool)
+    matrix[np.diag_indices(layout.size)] += layout.prior(fit.values, fit.values)[0]
+    gone = layout.place(fit.defect)
+    others = [k for k in range(layout.size) if k != gone]
+    step = np.zeros(layout.size)
+    step[gone] = -size
+    try:
+        step[others] = np.linalg.solve(matrix[np.ix_(others, others)], size * matrix[others, gone])
+    except np.linalg.LinAlgError:
+        raise RotorFitError("the shots do not determine the rotor's parameters") from None
+    return layout.moved(fit.values, step)
 
 
 def _settled(
@@ -171,6 +233,7 @@ def _settled(
     values: list[RotorValues],
     first: Sequence[RotorValues],
     window_s: float,
+    settled_chi2: float,
     pool: Executor,
 ) -> tuple[list[RotorValues], Array, list[float], list[float]]:
     """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more."""
@@ -188,7 +251,7 @@ def _settled(
             except np.linalg.LinAlgError:
                 raise RotorFitError("the shots do not determine the rotor's parameters") from None
             expected = float(2.0 * gradient @ step - step @ matrix @ step)
-            if expected < LIMITS.settled_chi2 and damping <= LIMITS.first_damping:
+            if expected < settled_chi2 and damping <= LIMITS.first_damping:
                 break
             trial = layout.moved(values, np.asarray(step, dtype=np.float64))
             fall = total - _cost(shots, layout, trial, first, window_s)
@@ -198,7 +261,7 @@ def _settled(
                 grows = LIMITS.damping_grows
                 break
             damping, grows = damping * grows, 2.0 * grows
-        if not moved or fall < LIMITS.settled_chi2:
+        if not moved or fall < settled_chi2:
             break
     own = layout.size / len(shots)
     return values, matrix, chi2, [count - own for count in counts]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,6 +12,8 @@ from platform_daemon.estimation.thresholds import THRESHOLDS
 LIMITS = THRESHOLDS.rigid_rotor
 Defect = Literal["stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m"]
 DEFECTS: tuple[Defect, ...] = ("stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m")
+HELD_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "friction_coefficient", "creep_m_per_s")
+"""What belongs to a specimen as its defect does: fits with an adopted defect hold both."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,8 +31,8 @@ class FreeParameter:
     from_s: float = 0.0
 
 
-def free_parameters(geometry: RotorGeometry, defect: Defect | None, *, moving: bool) -> tuple[FreeParameter, ...]:
-    """Of one shot; moving: a swing of the shot before may be left when the drive begins."""
+def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, moving: bool) -> tuple[FreeParameter, ...]:
+    """Of one shot; defects: that are free; moving: a swing of the shot before may be left when the drive begins."""
     own = [
         FreeParameter(name="f_nat_hz", step=LIMITS.step_f_nat_hz),
         FreeParameter(name="m_r_am2", step=LIMITS.step_m_r_am2),
@@ -56,7 +59,16 @@ def free_parameters(geometry: RotorGeometry, defect: Defect | None, *, moving: b
             from_s=LIMITS.damping_from_s,
         ),
     ]
-    if defect is not None:
+    common.append(
+        FreeParameter(
+            name="distance_m",
+            step=LIMITS.step_m,
+            sd=LIMITS.distance_sd_m,
+            common=True,
+            from_s=LIMITS.distance_from_s,
+        )
+    )
+    for defect in defects:
         step = LIMITS.step_m if defect == "lateral_displacement_m" else LIMITS.step_rad
         common.append(FreeParameter(name=defect, step=step, common=True))
     if geometry.bearing == "jewel":

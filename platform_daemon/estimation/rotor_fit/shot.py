@@ -10,6 +10,7 @@ import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive, RigidRotor, RotorGeometry, RotorValues
+from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U
 
 from .parameters import FreeParameter
 
@@ -25,6 +26,10 @@ class RotorContext:
     drive: CoilDrive
     rotation: Array
     moving: bool
+
+    def facing(self, rotation: Array) -> Array:
+        """Of an orientation and its mirror solution, which one angle cannot tell apart, that with w as declared."""
+        return rotation @ HALF_TURN_ABOUT_U if (self.rotation.T @ rotation)[2, 2] < 0.0 else rotation
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -53,14 +53,23 @@ class RigidRotorThresholds:
     )
     start_sd_rad: float = tuned(0.2, "rad", "of the swing that may be left of the shot before")
     typical_rad_per_s: float = tuned(1300.0, "rad/s", "omega_nat of such a resonator, for the speed of that swing")
+    distance_sd_m: float = tuned(
+        5e-5, "m", "of the magnets' distance by the drawing: 3 % of the stator's moment by its grade and temperature"
+    )
+    distance_from_s: float = tuned(0.5, "s", "window from which on it is free: in short ones it runs away", START)
     side_damping_sd_per_s: float = tuned(30.0, "1/s", "how well that is known")
     friction_coefficient_sd: float = tuned(0.05, "1", "of mu by the materials")
     damping_from_s: float = tuned(0.15, "s", "window from which on the dampings are free", START)
+    rival_chi2: float = tuned(25.0, "1", "rise of chi^2 in a window at which another defect is given up")
     first_window_s: float = tuned(0.05, "s", "of the windows that grow; each is twice the one before")
+    predicting_share: float = tuned(0.7, "1", "of the ring-down: the last window but one, which predicts the rest")
     window_growth: float = tuned(2.0, "1", "ratio of a window to the one before")
     most_steps: int = tuned(40, "steps", "of Gauss-Newton in a window")
     first_damping: float = tuned(1e-3, "1", "of the step, relative to the diagonal")
     damping_grows: float = tuned(4.0, "1", "by which it grows after a failure, twice as much after the next one")
     damping_falls: float = tuned(0.1, "1", "by which it falls at most after a step as good as expected")
-    most_damping: float = tuned(1e8, "1", "at which a window ends")
+    most_damping: float = tuned(1e8, "1", "at which a window that grows ends")
+    found_chi2: float = tuned(
+        1e-2, "1", "the same in the last window: a tenth of a standard error, where 1 left tilts one error low", START
+    )
     settled_chi2: float = tuned(1.0, "1", "predicted fall of chi^2 at which a window ends")

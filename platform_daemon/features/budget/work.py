@@ -141,6 +141,10 @@ def parts_of_shot(
     if used.verdict != "good":
         remedy = "name another shot"
         raise FitRefused("the fit was refused", where=f"frame {frame}", why=used.reason or "", remedy=remedy)
+    if used.fitted is None:
+        why = "influences are propagated through the model of one angle, which a manufacturing error does not obey"
+        remedy = "take the std of the fit, or budget the declared model"
+        raise InputError(f"{ask.label} cannot be used here", where="variant", why=why, remedy=remedy)
     names = tuple(used.parameters)
     short = fit_frame_of(measurement, frame, replace(ask, window="n50")) if ask.window == "d30" else None
     given = _situation(measurement, (frame,), frame, used, declared)

@@ -13,13 +13,20 @@ from platform_daemon.core.schemas.fits import FileDigest
 from platform_daemon.diagnosis.report_schema import DiagnosisReport, NamedEffect
 from platform_daemon.estimation.calibration.receiver_correction import CORRECTABLE
 from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.estimation.rotor_fit.parameters import HELD_WITH_A_DEFECT, Defect
 from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.library import Library, check_name
 from platform_daemon.features.models.resolve import resolve
-from platform_daemon.features.models.schema import AdoptedTermRecord, AdoptionEvidence
+from platform_daemon.features.models.schema import AdoptedRotorRecord, AdoptedTermRecord, AdoptionEvidence
 
 from .evidence import file_digests
 
+_ROTORS: dict[str, Defect] = {
+    "stator_tilt": "stator_tilt_rad",
+    "rotor_tilt": "bearing_tilt_rad",
+    "jewel_tilt": "bearing_tilt_rad",
+    "lateral_displacement": "lateral_displacement_m",
+}
 _ADOPTABLE = ("explained", "partly_explained")
 _NOT_A_MODEL = {
     "mains_interference": "keep mains loops away from the coils; fits take hum out of each record by themselves",
@@ -28,10 +35,6 @@ _NOT_A_MODEL = {
     "switch_transient": "lengthen the switch window, or start the fit later",
     "zero_drift": "let the encoder warm up, or mount the camera firmly; fits take a slow drift out of each record",
     "kick": "keep the stand from being touched; a kick belongs to one recording only",
-    **dict.fromkeys(
-        ("stator_tilt", "rotor_tilt", "jewel_tilt", "lateral_displacement"),
-        "fits of one angle cannot hold a manufacturing error; the diagnosis has the rotor's parameters with it",
-    ),
     "clock_gap": "repair the data acquisition; samples that are missing belong to no model",
 }
 
@@ -69,12 +72,18 @@ def model_from_diagnosis(
     base = resolve(found.model, library)
     before = base if isinstance(base, AdoptedModel) else None
     values = {n: v.value for n, v in found.parameters_after.items()}
+    rotor = next((_rotor(e, found) for e in chosen if e.id in _ROTORS), None)
+    if before is not None and (before.rotor or (rotor and before.terms)):
+        why = "a rotor of five degrees of freedom takes neither torque terms nor a second error beside its own"
+        remedy = f"diagnose on {before.base}, without the adopted model"
+        raise AdoptionRefused("the rotor takes nothing beside its error", where=before.label, why=why, remedy=remedy)
     return AdoptedModel(
         name=name,
         version=0,
         base=found.model if before is None else before.base,
         terms=(*(before.terms if before else ()), *(_term(e, values, free) for e in chosen if e.id in TERMS)),
         receiver=(*(before.receiver if before else ()), *(_receiver(e, values) for e in chosen if e.id in CORRECTABLE)),
+        rotor=rotor,
         evidence=AdoptionEvidence(
             adopted_by=by,
             adopted_at=datetime.now(UTC).isoformat(timespec="seconds"),
@@ -113,13 +122,37 @@ def _chosen(found: DiagnosisReport, wanted: Collection[str], free: Collection[st
         raise AdoptionRefused(f"the diagnosis does not name {missing[0]}", where="effects", remedy=remedy)
     chosen = [e for e in found.effects if not wanted or e.id in wanted]
     for e in chosen:
-        if e.id not in TERMS and e.id not in CORRECTABLE:
-            _refuse(e, [i for i in named if i in TERMS or i in CORRECTABLE])
+        if not _adoptable(e.id):
+            _refuse(e, [i for i in named if _adoptable(i)])
     bound = [i for i in free if i not in TERMS]
     if bound:
-        why = "a fit absorbs it in m_r, R or f_nat: only held strengths of receiver effects mean anything"
+        why = "only the strength of a torque can be free: a fit absorbs a receiver's in m_r, R or f_nat"
+        if bound[0] in _ROTORS:
+            why = "fits hold a manufacturing error, with the distance of the magnets and the side damping"
         raise AdoptionRefused(f"{bound[0]} cannot be free", where="free", why=why, remedy="leave it held")
     return chosen
+
+
+def _adoptable(effect: str) -> bool:
+    return effect in TERMS or effect in CORRECTABLE or effect in _ROTORS
+
+
+def _rotor(effect: NamedEffect, found: DiagnosisReport) -> AdoptedRotorRecord:
+    """A manufacturing error, with what else belongs to the specimen.  Raises InputError for a missing number."""
+    ratio: dict[str, float] = {}
+    for name in ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2"):
+        if name in found.parameters_after and name in found.parameters_before:
+            before = {n: v.value for n, v in found.parameters_before.items()}
+            after = {n: v.value for n, v in found.parameters_after.items()}
+            ratio[name] = _parameter(after, name) / _parameter(before, name)
+    return AdoptedRotorRecord(
+        id=effect.id,
+        parameter=_ROTORS[effect.id],
+        strength=_strength(effect),
+        std=effect.strength.std,
+        held={name: _number(effect, name) for name in HELD_WITH_A_DEFECT},
+        ratio=ratio,
+    )
 
 
 _MEASURE_MORE = "measure what the diagnosis proposes next, and diagnose again"

@@ -16,8 +16,7 @@ from platform_daemon.estimation.noise.series import SeriesNoise
 from platform_daemon.estimation.refusal import Refusal, RefusedError
 from platform_daemon.estimation.screening.screening import screen_free_swing
 from platform_daemon.features.fit.measurement import AngleMeasurement, VoltageMeasurement
-
-from .rotor_context import rotor_context
+from platform_daemon.features.fit.rotor_context import rotor_context
 
 _NO_FREE_SWING = (Refusal.NOT_FINITE, Refusal.TOO_SHORT, Refusal.NO_SIGNAL, Refusal.NO_DECAY)
 _MOST_SEARCHED = 12_000_000  # values of all channels: a minute of three at 61 kHz takes 1.2 GB and half a minute

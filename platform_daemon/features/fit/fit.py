@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
-from drivers.errors import PlatformError
+from drivers.errors import InputError, PlatformError, RecordingError
 from platform_daemon.core.schemas.fits import (
     Covariance,
     FitReport,
@@ -27,14 +27,16 @@ from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.series import SeriesNoise
 from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.estimation.result import FitResult
+from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.resolve import notes_of
 
 from .calibrated import FrameSignal, calibrated_signal, reason_of
 from .derived import frame_quantities, series_quantities
 from .fit_request import FitRequest
+from .fit_with_rotor import Refinement, unchanged, with_rotor
 from .frames import chosen_frames
 from .known_moment import implausible_moment
-from .measurement import Measurement
+from .measurement import Measurement, VoltageMeasurement
 from .series.summary import summary
 
 FittedFrame = tuple[FrameFit, PlatformError | None]
@@ -59,11 +61,13 @@ def fit_signal(
     noise: SeriesNoise | None = None,
     calibration: ReceiveCalibration | None = None,
     taken: ShotConditions | None = None,
+    refine: Refinement = unchanged,
 ) -> FitResult:
     """Fit a frame; refused if its raw volts are clipped, whatever the calibration mixes.
 
     noise: of the series that the frame belongs to; None: the frame's own.  taken: under which conditions, for the
-    warnings about a calibration that does not hold for them.  What its uncertainty does is in `systematic_std`.
+    warnings about a calibration that does not hold for them.  refine: what is made of the fit of one angle.  What the
+    calibration's uncertainty does is in `systematic_std`.
     """
     try:
         signal.refuse_nothing()
@@ -73,6 +77,7 @@ def fit_signal(
     of_shot = (noise or SeriesNoise()).for_shot(signal.record)
     held = {"fixed": ask.fixed, "hold_if_inseparable": ask.hold_if_inseparable}
     fit = fit_ring_down(signal.record, ask.ring_down_model, ask.window, noise=of_shot.model, **held)
+    fit = refine(signal.record, of_shot.model, fit)
     notes = (*fit.notes, *signal.notes, *([of_shot.note] if of_shot.note else []))
     fit = replace(fit, notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)
     if not fit.parameters:
@@ -100,12 +105,27 @@ def fit_stored_frame(measurement: Measurement, k: int, ask: FitRequest, *, deriv
 
 def fit_frame_of(measurement: Measurement, k: int, ask: FitRequest) -> FitResult:
     """The fit of frame `k`.  Raises PlatformError for a frame that cannot be read or calibrated."""
+    refine, one_angle = _refinement(measurement, k, ask), ask.one_angle
     signal = measurement.signal(k)
     began = time.perf_counter()
     noise = measurement.noise()
     found_s = time.perf_counter() - began
-    fit = measurement.with_hint(k, fit_signal(signal, ask, noise, measurement.calibration, measurement.conditions(k)))
+    given = noise, measurement.calibration, measurement.conditions(k)
+    fit = measurement.with_hint(k, fit_signal(signal, one_angle, *given, refine))
     return replace(fit, noise_seconds=fit.noise_seconds + found_s)
+
+
+def _refinement(measurement: Measurement, k: int, ask: FitRequest) -> Refinement:
+    """What a model with a manufacturing error makes of the fit of one angle.  Raises RecordingError."""
+    if not isinstance(ask.model, AdoptedModel) or ask.model.rotor is None:
+        return unchanged
+    if not isinstance(measurement, VoltageMeasurement):
+        why, remedy = "an angle tells nothing of the drive and of the other four degrees", f"fit {ask.model.base}"
+        raise RecordingError(f"{ask.label} cannot be used here", where=str(measurement.path), why=why, remedy=remedy)
+    if ask.fixed or ask.hold_if_inseparable:
+        why, remedy = "beside what was adopted, the rotor's fit holds nothing", "leave --fix and --hint out"
+        raise InputError(f"{ask.label} cannot be used here", where="fixed", why=why, remedy=remedy)
+    return with_rotor(measurement.recording, k, ask.model)
 
 
 def fit_measurement(

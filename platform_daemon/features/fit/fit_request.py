@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError
@@ -12,6 +12,7 @@ from platform_daemon.core.schemas.base import Window
 from platform_daemon.core.schemas.fits import FrameFit
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.resolve import ModelChoice, label_of, model_of
 
 NAME_THE_VARIANT = "name the variant, thread or jewel (--variant, or `variant` of a request)"
@@ -74,6 +75,12 @@ class FitRequest:
         return model_of(self.model)
 
     @property
+    def one_angle(self) -> FitRequest:
+        """The same without a manufacturing error: where the fit of a rotor starts, and whose parameters it has."""
+        model = self.model
+        return replace(self, model=model.one_angle) if isinstance(model, AdoptedModel) and model.rotor else self
+
+    @property
     def label(self) -> str:
         """What results are marked with: the declared name, or NAME@VERSION."""
         return label_of(self.model)
@@ -81,7 +88,7 @@ class FitRequest:
 
 def check_fixed(ask: FitRequest, *, calibrated: bool) -> None:
     """Raises InputError for a parameter that cannot be held or hinted at, or not at that value."""
-    model = ask.ring_down_model
+    model = ask.one_angle.ring_down_model
     allowed = ["f_nat_hz", *(c.name for c in model.coefficients), *(["m_r_am2"] if calibrated else [])]
     for name, value in (ask.fixed or {}).items():
         if name not in allowed:

@@ -48,6 +48,8 @@ def checked_model(label: str, library: Path | None) -> NamedModel:
     from platform_daemon.features.models.resolve import checked_variant, label_of
 
     found = NamedModel(label, library).choice()
+    if not isinstance(found, str):
+        found.refuse_rotor()
     return NamedModel(checked_variant(found) if isinstance(found, str) else label_of(found), library)
 
 

@@ -9,12 +9,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from drivers.calibration import ReceiverEffect
+from drivers.errors import InputError
 from platform_daemon.core.schemas.model_names import TORQUE_TERMS, check_model_name
 
 from .schema import (
     AdoptedModelRecord,
     AdoptedModelReport,
     AdoptedModelSummary,
+    AdoptedRotorRecord,
     AdoptedTermRecord,
     AdoptionEvidence,
     ReceiverEffectRecord,
@@ -49,6 +51,7 @@ class AdoptedModel:
         name, version: version 0: not in a library yet.
         base: the declared model, as estimation names it.
         terms, receiver: what was added to it, and what is undone in the samples before a fit.
+        rotor: None, or the manufacturing error with which fits take a rotor of five degrees of freedom.
         evidence: the diagnosis, the recordings with their digests, who adopted it, when and with which software; of
             another version of this software: as it stands in the file.
         retired: None, or who retired it, when and why.
@@ -61,6 +64,7 @@ class AdoptedModel:
     receiver: tuple[ReceiverEffect, ...] = ()
     evidence: AdoptionEvidence | dict[str, Any] = field(default_factory=dict, compare=False, hash=False)
     retired: Retirement | None = field(default=None, compare=False, hash=False)
+    rotor: AdoptedRotorRecord | None = None
 
     @property
     def label(self) -> str:
@@ -73,15 +77,32 @@ class AdoptedModel:
 
     @cached_property
     def model(self) -> RingDownModel:
-        """What a fit takes; held strengths are the model's knowledge.  Raises ValueError for unknown names."""
+        """What a fit takes; held strengths are the model's knowledge.
+
+        Raises ValueError for unknown names, InputError for a manufacturing error, which one angle cannot hold.
+        """
         from platform_daemon.estimation.physics.models import model_named
         from platform_daemon.estimation.physics.torques import TERMS  # here, because numba is loaded with it
 
         self.check()
+        self.refuse_rotor()
         model = model_named(self.base).with_terms(self.label, *(TERMS[t.term] for t in self.terms))
         values = {name: value for t in self.terms for name, value in held(t).items()}
         known = tuple(replace(model.parameters[name], fixed=value) for name, value in values.items())
         return replace(model, known=(*model.known, *known))
+
+    def refuse_rotor(self) -> None:
+        """Raises InputError if it holds a manufacturing error: where it cannot be used, one angle must not stand in."""
+        if self.rotor is None:
+            return
+        why = f"it holds {self.rotor.id}; this takes a model of one angle, and a fit with five degrees takes seconds"
+        remedy = f"use {self.base} here, and fit the recordings with it: platform-daemon fit --variant {self.label}"
+        raise InputError(f"{self.label} cannot be used here", where="variant", why=why, remedy=remedy)
+
+    @property
+    def one_angle(self) -> AdoptedModel:
+        """The same without its manufacturing error: where fits of the rotor start."""
+        return replace(self, rotor=None)
 
     def check(self) -> None:
         """Check the names and the strengths that are held, without loading what the names stand for.
@@ -102,7 +123,8 @@ class AdoptedModel:
 
     def _physics(self) -> dict[str, Any]:
         terms = [t.model_dump() for t in self.terms]
-        return {"base": self.base, "terms": terms, "receiver": [asdict(r) for r in self.receiver]}
+        found = {"base": self.base, "terms": terms, "receiver": [asdict(r) for r in self.receiver]}
+        return found if self.rotor is None else {**found, "rotor": self.rotor.model_dump()}
 
     def record(self) -> AdoptedModelRecord:
         """The content of its file."""
@@ -114,6 +136,7 @@ class AdoptedModel:
             base=self.base,
             terms=self.terms,
             receiver=tuple(ReceiverEffectRecord(**asdict(r)) for r in self.receiver),
+            rotor=self.rotor,
             digest=self.digest,
             evidence=self.evidence,
         )
@@ -130,7 +153,7 @@ class AdoptedModel:
             name=self.name,
             version=self.version,
             base=self.base,
-            terms=tuple(t.term for t in self.terms),
+            terms=(*(t.term for t in self.terms), *([] if self.rotor is None else [self.rotor.id])),
             receiver=tuple(r.id for r in self.receiver),
             adopted_at=None if known is None else known.adopted_at,
             adopted_by=None if known is None else known.adopted_by,
@@ -148,6 +171,7 @@ def from_record(record: AdoptedModelRecord) -> AdoptedModel:
         terms=record.terms,
         receiver=tuple(ReceiverEffect(**r.model_dump()) for r in record.receiver),
         evidence=record.evidence,
+        rotor=record.rotor,
     )
     if found.digest != record.digest:
         raise ValueError("its digest does not match: the file was changed after it was adopted")

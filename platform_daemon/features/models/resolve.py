@@ -74,6 +74,7 @@ def notes_of(model: ModelChoice) -> list[str]:
     added = [
         *(f"{t.term} {'free' if t.free else 'held'}" for t in model.terms),
         *(f"{r.id} undone" for r in model.receiver),
+        *([] if model.rotor is None else [f"{model.rotor.id} held: a rotor of five degrees of freedom"]),
     ]
     retired = "" if model.retired is None else "; it is retired"
     return [f"adopted model {model.label} (sha256 {model.digest[:12]}): {model.base} with {', '.join(added)}{retired}"]

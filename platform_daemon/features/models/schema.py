@@ -50,6 +50,23 @@ class ReceiverEffectRecord(Schema):
     """Fundamental of those harmonics, Hz."""
 
 
+class AdoptedRotorRecord(Schema):
+    """A manufacturing error of an adopted model, with which fits take a rotor of five degrees of freedom."""
+
+    id: str
+    """Name of the effect."""
+    parameter: str
+    """The rotor's parameter that it is."""
+    strength: float
+    """In rad, a displacement in m; fits hold it."""
+    std: float | None
+    """Its standard deviation; null: not known."""
+    held: dict[str, float]
+    """What fits hold beside it, by public name, SI: distance of the magnets, friction, damping and creep."""
+    ratio: dict[str, float]
+    """Parameters of the rotor over those of one angle, by public name: where fits start."""
+
+
 class AdoptionEvidence(Schema):
     """What is kept with an adopted model so that anybody can judge it, or repeat the diagnosis."""
 
@@ -88,8 +105,10 @@ class AdoptedModelRecord(Schema):
     """Further torque terms."""
     receiver: tuple[ReceiverEffectRecord, ...]
     """What is undone on the receive side."""
+    rotor: AdoptedRotorRecord | None = None
+    """A manufacturing error; null: none, and fits are of one angle."""
     digest: str
-    """SHA-256 of base, terms and receiver: of everything that a fit depends on."""
+    """SHA-256 of base, terms, receiver and rotor: of everything that a fit depends on."""
     evidence: AdoptionEvidence | dict[str, Any] = Field(union_mode="left_to_right")
     """Why it was adopted; of another version of this software: as it stands in its file."""
 
@@ -128,7 +147,7 @@ class AdoptedModelSummary(Schema):
     base: str
     """The declared model that it extends."""
     terms: tuple[str, ...]
-    """Names of its further torque terms."""
+    """Names of its further torque terms, and of its manufacturing error."""
     receiver: tuple[str, ...]
     """Names of the effects that it undoes on the receive side."""
     adopted_at: str | None

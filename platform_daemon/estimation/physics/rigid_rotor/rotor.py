@@ -80,6 +80,11 @@ class RotorGeometry:
         """Of a homogeneous sphere about a diameter."""
         return 0.4 * self.mass_kg * self.radius_m**2
 
+    def distance_m(self, f_nat_hz: float, m_r_am2: float) -> float:
+        """Of the magnets' centres, such that the stator's design moment gives f_nat with m_r (eq:T_m, eq:omega_nat)."""
+        field_t = self.inertia_kg_m2 * (2.0 * math.pi * f_nat_hz) ** 2 / m_r_am2
+        return float(np.cbrt(PERMEABILITY * self.stator_moment_am2 / field_t))
+
 
 @dataclass(frozen=True, kw_only=True)
 class CoilDrive:
@@ -101,7 +106,8 @@ class CoilDrive:
 class RotorValues:
     """All parameters of one shot in SI.
 
-    f_nat_hz: of the magnets without manufacturing errors (eq:omega_nat); tf_over_i_rad_per_s2: dry friction of a
+    f_nat_hz: of the magnets without manufacturing errors (eq:omega_nat); distance_m: of the magnets' centres, which the
+    temperature does not change, as it does their moments; tf_over_i_rad_per_s2: dry friction of a
     jewel's contact when it only spins, undeflected; creep_m_per_s: slip below which the contact creeps; tilts and
     displacement as in fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's
     moment against the thread or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes;
@@ -113,6 +119,7 @@ class RotorValues:
     m_r_am2: float
     lambda_per_s: float
     rotation: Array
+    distance_m: float
     tf_over_i_rad_per_s2: float = 0.0
     friction_coefficient: float = 0.0
     side_damping_per_s: float = 0.0
@@ -159,10 +166,10 @@ class RigidRotor:
         return 2.0 * math.pi * self.values.f_nat_hz
 
     @property
-    def distance_m(self) -> float:
-        """Of the magnets' centres, such that the stator's design moment gives f_nat with m_r (eq:T_m, eq:omega_nat)."""
+    def stator_moment_am2(self) -> float:
+        """Of the stator, which gives f_nat with m_r at this distance (eq:T_m, eq:omega_nat)."""
         field_t = self.geometry.inertia_kg_m2 * self.omega_rad_per_s**2 / self.values.m_r_am2
-        return float(np.cbrt(PERMEABILITY * self.geometry.stator_moment_am2 / field_t))
+        return float(field_t * self.values.distance_m**3 / PERMEABILITY)
 
     @property
     def contact_radius_m(self) -> float:
@@ -176,13 +183,12 @@ class RigidRotor:
     @property
     def _pull_n(self) -> float:
         """Attraction of the magnets, undeflected, N (eq:fm(phi))."""
-        v, distance = self.values, self.distance_m
-        return 3.0 * self.geometry.inertia_kg_m2 * (2.0 * math.pi * v.f_nat_hz) ** 2 / distance
+        return 3.0 * self.geometry.inertia_kg_m2 * self.omega_rad_per_s**2 / self.values.distance_m
 
     @cached_property
     def parameters(self) -> Array:
         """Of the kernels, (SLOTS,), see `equations`."""
-        g, v, d = self.geometry, self.values, self.distance_m
+        g, v, d = self.geometry, self.values, self.values.distance_m
         p = np.zeros(SLOTS)
         p[JEWEL] = float(g.bearing == "jewel")
         p[MASS], p[INERTIA], p[LINK], p[RADIUS] = g.mass_kg, g.inertia_kg_m2, g.link_m, g.radius_m
@@ -192,8 +198,8 @@ class RigidRotor:
             contact = d - g.radius_m
             p[ANCHOR], p[ANCHOR + 2] = cup * math.sin(v.bearing_tilt_rad), contact + cup * math.cos(v.bearing_tilt_rad)
         p[STATOR] = v.lateral_displacement_m
-        p[STATOR_MOMENT] = -g.stator_moment_am2 * math.cos(v.stator_tilt_rad)
-        p[STATOR_MOMENT + 2] = g.stator_moment_am2 * math.sin(v.stator_tilt_rad)
+        p[STATOR_MOMENT] = -self.stator_moment_am2 * math.cos(v.stator_tilt_rad)
+        p[STATOR_MOMENT + 2] = self.stator_moment_am2 * math.sin(v.stator_tilt_rad)
         p[MOMENT_SIZE] = v.m_r_am2
         p[WEIGHT : WEIGHT + 3] = g.mass_kg * self.rotation.T @ np.array(self.gravity_m_per_s2)
         p[DAMPING], p[SIDE_DAMPING] = v.lambda_per_s, v.side_damping_per_s
@@ -214,6 +220,8 @@ class RigidRotor:
 
     def rest(self) -> Array:
         """The state (STATES,) of equilibrium without friction.  Raises NoRestError."""
+        if not (self.values.distance_m > self.geometry.radius_m and self.values.m_r_am2 > 0.0):
+            raise NoRestError(f"magnets {self.values.distance_m:.3g} m apart with {self.values.m_r_am2:.3g} A m^2")
         p = self.parameters.copy()
         p[[FRICTION, DAMPING, SIDE_DAMPING]] = 0.0
         still = np.zeros(DRIVE_SLOTS)

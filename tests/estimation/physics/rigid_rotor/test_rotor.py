@@ -76,7 +76,9 @@ def test_neighbours_at_the_same_steps_differ_smoothly():
 
 def test_contact_radius_and_distance_follow_from_what_is_measured():
     rotor = true_rotor(rigid_specimen("jewel"))
-    assert rotor.distance_m == pytest.approx(4.622e-3, abs=2e-6)
+    v = rotor.values
+    assert rotor.geometry.distance_m(v.f_nat_hz, v.m_r_am2) == pytest.approx(4.622e-3, abs=2e-6)
+    assert rotor.stator_moment_am2 == pytest.approx(rotor.geometry.stator_moment_am2, rel=1e-9)
     assert rotor.contact_radius_m == pytest.approx(11.9e-6, rel=0.01)
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.design.equations import PAPER_MAGNETS, moment_of_inertia
-from platform_daemon.features.diagnose.rotor_context import rotor_geometry
+from platform_daemon.features.fit.rotor_context import rotor_geometry
 from tests.kit.rigid_rotors import rigid_specimen
 
 
