@@ -18,10 +18,14 @@ from .refusal import Refusal, RefusedError
 
 @dataclass(frozen=True)
 class FittedModel:
-    """The fitted model in its internal, smooth parameters."""
+    """The fitted model in its internal, smooth parameters.
+
+    sd: (channels, 2) standard deviations that odd and even harmonics were weighted by; None: it was not fitted.
+    """
 
     model: RingDownModel
     state: FitState
+    sd: Array | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

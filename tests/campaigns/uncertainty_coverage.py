@@ -28,7 +28,8 @@ from platform_daemon.core.settings import load_specimen
 from platform_daemon.estimation.parameters import RODRIGUES
 from platform_daemon.features.budget.influences import Situation, effects_of, pair_fields
 from platform_daemon.features.budget.response import response_of
-from platform_daemon.features.budget.work import ResultBudgets, Statistics, budgets_by, scatter_of, shot_budgets
+from platform_daemon.features.budget.statistics import Statistics, scatter_of
+from platform_daemon.features.budget.work import ResultBudgets, budgets_by, shot_budgets
 from platform_daemon.features.fit.fit import frame_report
 from platform_daemon.features.fit.fit_request import FitRequest
 

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.fft import rfft
 
 from platform_daemon.estimation.least_squares.gauss_newton import FitState, coefficient_jacobian
+from platform_daemon.estimation.least_squares.noise_weighting import is_even
 from platform_daemon.estimation.least_squares.public_parameters import public_jacobian
 from platform_daemon.estimation.numerics.arrays import Array, ComplexArray
 from platform_daemon.estimation.physics.models import RingDownModel
@@ -76,11 +77,25 @@ def linearise_residual(
     )
 
 
-def derivatives_of(model: RingDownModel, state: FitState, *, first: int, blocks: int, block: int, dt_s: float) -> Array:
-    """Block means of the signal's derivatives by all parameters, (size, channels, blocks)."""
+def derivatives_of(
+    model: RingDownModel,
+    state: FitState,
+    *,
+    first: int,
+    blocks: int,
+    block: int,
+    dt_s: float,
+    sd: Array | None = None,
+) -> Array:
+    """Block means of the signal's derivatives by all parameters, (size, channels, blocks).
+
+    sd: (channels, 2) that odd and even harmonics are divided by, None: 1.
+    """
     d, seen = state.dynamics, state.observation
     trajectory = Trajectory(model, d, (first + blocks * block) * dt_s)
     jacobian = coefficient_jacobian(model, state)
+    if sd is not None:
+        jacobian = jacobian / sd[:, is_even(state, jacobian.shape[2]).astype(np.int64)]
     out = np.empty((*jacobian.shape[:2], blocks))
     for begin in range(0, blocks, LIMITS.jacobian_chunk):
         end = min(begin + LIMITS.jacobian_chunk, blocks)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from platform_daemon.estimation.least_squares.constraints import refuse_out_of_bounds
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.least_squares.problem import FitProblem, Minimum
@@ -101,7 +103,7 @@ def assess_fit(prepared: PreparedRecord, problem: FitProblem, best: Minimum, res
         samples=prepared.samples,
         iterations=problem.passes,
         noise_source=prepared.noise.source,
-        fitted=FittedModel(model, state),
+        fitted=FittedModel(model, state, np.tile(problem.noise_sd[:, None], 2) if best.sd is None else best.sd),
     )
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from platform_daemon.estimation.moments.workspace import Moments
 from platform_daemon.estimation.noise.coloured import is_white, sd_at
@@ -57,6 +58,7 @@ def weighted_by_harmonic(
         left=0.0,
         normal=replace(left, gradient=normal.gradient, matrix=normal.matrix),
         moments=at.moments,
+        sd=sd,
     )
 
 
@@ -70,6 +72,11 @@ def harmonic_sd(problem: FitProblem, noise: NoiseModel, frequency_hz: float) -> 
     return np.where(usable, level, problem.noise_sd[:, None])
 
 
+def is_even(state: FitState, functions: int) -> NDArray[np.bool_]:
+    """Which of so many basis functions are even harmonics, (functions,)."""
+    return (np.arange(functions) % 2 == 1) & (state.observation.observable == DIPOLE)
+
+
 def weighted_normal(
     model: RingDownModel, state: FitState, moments: Moments, sd: Array, normal: NormalEquations
 ) -> NormalEquations:
@@ -78,7 +85,7 @@ def weighted_normal(
     Rows of the residual's products with the basis get the weights 1/sd^2 of their harmonic, and the matrix of their
     covariance follows.
     """
-    even = (np.arange(moments.gram.shape[0]) % 2 == 1) & (state.observation.observable == DIPOLE)
+    even = is_even(state, moments.gram.shape[0])
     gains, channels = state.observation.gains(state.dynamics.w), moments.products.shape[0]
     gradient, matrix = np.zeros_like(normal.gradient), np.zeros_like(normal.matrix)
     for channel in range(channels):

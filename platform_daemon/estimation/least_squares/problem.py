@@ -51,6 +51,7 @@ class Minimum:
 
     tabulated: a state as good as the minimum, the one before if the last step was negligible: its tables exist.
     left: chi^2 of the tabulated state above that of the minimum.
+    sd: (channels, 2) standard deviations that odd and even harmonics were weighted by; None: those of the problem.
     """
 
     state: FitState
@@ -58,6 +59,7 @@ class Minimum:
     normal: NormalEquations
     moments: Moments
     left: float = 0.0
+    sd: Array | None = None
 
 
 @dataclass(kw_only=True)

@@ -22,12 +22,10 @@ from platform_daemon.estimation.result import FitResult
 from platform_daemon.uncertainty.inputs import InputQuantity
 
 from .response import Response, turned_to_rodrigues
+from .thresholds import REMANENCE_PER_K
 
 Array = NDArray[np.float64]
 AXES = "xyz"
-REMANENCE_PER_K = -1.1e-3
-"""Relative change of a NdFeB magnet's moment, 1/K, where nothing is declared: B_r changes by -0.09 to -0.12 %/K (data
-sheets of magnets), and f_nat as the moment (paper eq:fnat, two magnets of one kind)."""
 DAYS_PER_YEAR = 365.25
 _FOURTH_ORDER = 144.0 / 125.0  # of a Helmholtz pair's field, over (distance / radius)^4
 

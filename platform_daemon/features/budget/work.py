@@ -16,14 +16,12 @@ from drivers.errors import InputError
 from drivers.uncertainty import DeclaredUncertainty
 from platform_daemon.core.schemas.fits import FrameFit
 from platform_daemon.estimation.parameters import RODRIGUES
-from platform_daemon.estimation.physics.mirror import on_one_branch
 from platform_daemon.estimation.result import FitResult
 from platform_daemon.features.fit.fit import fit_frame_of, frame_report
 from platform_daemon.features.fit.fit_request import FitRefused, FitRequest
 from platform_daemon.features.fit.known_moment import declared_specimen
 from platform_daemon.features.fit.measurement import Measurement, VoltageMeasurement
 from platform_daemon.features.fit.noise import noise_of_frames
-from platform_daemon.features.fit.series.summary import on_the_circle, summary
 from platform_daemon.features.fit.series_table import recorded_fits
 from platform_daemon.uncertainty.budget import Budget, NotDeclared, checked_coverage, combine
 from platform_daemon.uncertainty.inputs import InputQuantity, correlation_matrix
@@ -33,15 +31,13 @@ from .declared import declared_in
 from .influences import Effect, Situation, effects_of
 from .off_centre import OffCentre, off_centre
 from .response import response_of, turned_to_rodrigues
+from .statistics import Statistics, differences, explained, scatter_of
 
 Array = NDArray[np.float64]
-DISAGREE_SD = 2.0
-"""N50 and D30 disagree by more than their noise from here on: 5 % of right models are taken for wrong ones."""
 _MODEL_SHOTS = 12
 """So many shots of a series, spread over it, are fitted with N50 too: what the two windows disagree by is the model's,
 the same in all shots."""
 _NOISE_OF = 4  # every fourth of them tells the noise: three ring-downs of a second have a million samples
-_CORRELATED = 2.0  # over sqrt(n): a lag-1 autocorrelation that white scatter exceeds in 2 % of series
 _NEGLIGIBLE = 1e-6  # of the combined u: a line that is left out
 
 
@@ -71,21 +67,6 @@ class ResultBudgets:
         if quantity not in names:
             raise InputError(f"the fit has no {quantity!r}", where="quantity", remedy=f"one of: {', '.join(names)}")
         return self.budgets[names.index(quantity)]
-
-
-@dataclass(frozen=True, eq=False)
-class Statistics:
-    """What the fits themselves say: values (m,), their covariance by noise or scatter (m, m) with its name and degrees
-    of freedom; difference (m,): N50 minus D30, difference_std (m,); None: not known."""
-
-    names: tuple[str, ...]
-    values: Array
-    covariance: Array
-    name: str
-    source: str
-    dof: float
-    difference: Array | None
-    difference_std: Array | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,9 +132,9 @@ def parts_of_shot(
     effects = effects_of(given)
     difference = std = None
     if short is not None and short.verdict == "good":
-        difference, std = _differences(names, [frame_report(frame, used)], [frame_report(frame, short)])
+        difference, std = differences(names, [frame_report(frame, used)], [frame_report(frame, short)])
         other = _situation(measurement, (frame,), frame, short, declared)
-        std = np.hypot(std, _explained(effects, effects_of(other)))
+        std = np.hypot(std, explained(effects, effects_of(other)))
     own = np.zeros((len(names), len(names)))
     free = [names.index(name) for name in used.covariance_names]
     own[np.ix_(free, free)] = used.covariance
@@ -280,10 +261,10 @@ def _mean_of(
     told = scatter_of(reports, given, [measurement.conditions(frame).temperature_c for frame in good])
     if short:
         by_frame = {report.frame: report for report in reports}
-        difference, std = _differences(given.names, [by_frame[fit.frame] for fit in short], short)
+        difference, std = differences(given.names, [by_frame[fit.frame] for fit in short], short)
         if used_short is not None:
             other = effects_of(_situation(measurement, good, middle, used_short, declared))
-            std = np.hypot(std, _explained(effects, other))
+            std = np.hypot(std, explained(effects, other))
         told = replace(told, difference=difference, difference_std=std)
     return BudgetParts(effects, given, told, good)
 
@@ -346,79 +327,6 @@ def _situation(
     )
 
 
-def scatter_of(reports: Sequence[FrameFit], given: Situation, temperatures: Sequence[float | None]) -> Statistics:
-    """Mean and covariance of the mean of good fits, which belongs to the mean temperature: what the thermometer
-    explains of the scatter, at declared coefficients, is taken out.  temperatures: of each, degrees Celsius."""
-    names, n = given.names, len(reports)
-    means = summary(reports)
-    deviations = _deviations(names, [report.values for report in reports])
-    said = ""
-    if all(t is not None for t in temperatures):
-        known = np.array(temperatures, float)
-        slopes = np.array([given.declared.temperature_coefficient_per_k.get(name, 0.0) for name in names])
-        if slopes.any():
-            deviations = deviations - np.outer(known - known.mean(), slopes)
-            said = " at their mean temperature"
-    covariance = deviations.T @ deviations / (n - 1)
-    counts = np.array([_independent(column) for column in deviations.T])
-    count = np.sqrt(np.outer(counts, counts))
-    values = np.array([means[name].mean for name in names])
-    fewest = float(counts.min())
-    source = f"mean of {n} shots{said}"
-    if fewest < n - 0.5:
-        source += f", of which neighbours are alike: as {fewest:.1f} independent ones where that is strongest"
-    return Statistics(names, values, covariance / count, "scatter", source, max(1.0, fewest - 1.0), None, None)
-
-
-def _independent(deviations: Array) -> float:
-    """How many independent shots have a mean as uncertain: n (1 - r) / (1 + r) for a lag-1 autocorrelation r."""
-    n, power = len(deviations), float(deviations @ deviations)
-    if power == 0.0:
-        return float(n)
-    r = float(deviations[1:] @ deviations[:-1]) / power
-    return float(n) if r < _CORRELATED / math.sqrt(n) else max(2.0, n * (1.0 - r) / (1.0 + r))
-
-
-def _deviations(names: Sequence[str], rows: Sequence[dict[str, float]]) -> Array:
-    """From the mean, (n, m), on one of the mirror images that a ring-down cannot tell apart."""
-    folded, _ = on_one_branch(rows)
-    columns = []
-    for name in names:
-        values = [row[name] for row in folded]
-        if name == "psi_start_rad":
-            _, values = on_the_circle(values)
-        columns.append(np.array(values) - fmean(values))
-    return np.stack(columns, axis=1)
-
-
-def _differences(names: Sequence[str], long: Sequence[FrameFit], short: Sequence[FrameFit]) -> tuple[Array, Array]:
-    """Mean of N50 minus D30, and its standard deviation; NaN for what only N50 holds.
-
-    The longer window contains the shorter one: of an efficient estimator the variance of the difference is the
-    difference of the variances (Hausman, Econometrica 46 (1978) 1251).
-    """
-    folded, _ = on_one_branch([*(each.values for each in long), *(each.values for each in short)])
-    n = len(long)
-    rows = [[b[name] - a[name] for name in names] for a, b in zip(folded[:n], folded[n:], strict=True)]
-    found = np.array(rows)
-    if "psi_start_rad" in names:
-        k = names.index("psi_start_rad")
-        found[:, k] = np.remainder(found[:, k] + math.pi, 2.0 * math.pi) - math.pi
-    variances = [
-        [(b.parameters[name].std or 0.0) ** 2 - (a.parameters[name].std or 0.0) ** 2 for name in names]
-        for a, b in zip(long, short, strict=True)
-    ]
-    own = np.sqrt(np.maximum(np.mean(variances, axis=0), 0.0) / n)
-    held = [short[0].parameters[name].std is None and long[0].parameters[name].std is not None for name in names]
-    return np.where(held, np.nan, found.mean(axis=0)), np.where(held, np.nan, own)
-
-
-def _explained(long: Sequence[Effect], short: Sequence[Effect]) -> Array:
-    """Standard deviation, (m,), of N50 minus D30 by what is declared: an error of a gain moves the two differently."""
-    parts = [(b.effects - a.effects) * a.known.u for a, b in zip(long, short, strict=True) if a.known is not None]
-    return np.sqrt(np.sum(np.square(parts), axis=0)) if parts else np.zeros(len(long[0].effects))
-
-
 def budgets_by(
     effects: Sequence[Effect], given: Situation, told: Statistics, frames: tuple[int, ...], coverage: float
 ) -> ResultBudgets:
@@ -433,7 +341,7 @@ def budgets_by(
     sizes = np.array([each.effects * (each.known.u if each.known else 0.0) for each in known]).reshape(
         len(known), len(told.names)
     )
-    covariance = told.covariance + sizes.T @ matrix @ sizes + np.diag(_model_u(told) ** 2)
+    covariance = told.covariance + sizes.T @ matrix @ sizes + np.diag(told.model_u**2)
     rotation = cone = None
     if RODRIGUES[0] in told.names:
         places = [told.names.index(name) for name in RODRIGUES]
@@ -441,14 +349,6 @@ def budgets_by(
         rotation = back @ covariance[np.ix_(places, places)] @ back.T
         cone = math.sqrt(-2.0 * math.log(1.0 - coverage) * float(np.linalg.eigvalsh(rotation)[-1]))  # chi^2 of two
     return ResultBudgets(budgets, covariance, rotation, cone, frames, given.temperature_c)
-
-
-def _model_u(told: Statistics) -> Array:
-    """Standard uncertainty by the disagreement of N50 and D30: the truth may lie between or as far beyond D30."""
-    if told.difference is None or told.difference_std is None:
-        return np.zeros(len(told.names))
-    seen = np.abs(told.difference) > DISAGREE_SD * told.difference_std
-    return np.where(seen, np.abs(told.difference) / math.sqrt(3.0), 0.0)
 
 
 def _budget(
@@ -492,7 +392,7 @@ def _add_model(k: int, told: Statistics, lines: list[tuple[InputQuantity, float]
     if math.isnan(difference):
         missing.append(NotDeclared("model (N50 holds the parameter)", math.nan))
         return
-    if (u := float(_model_u(told)[k])) > 0.0:
+    if (u := float(told.model_u[k])) > 0.0:
         source = f"N50 minus D30 is {difference:.3g}, its noise {std:.2g}"
         lines.append((InputQuantity(name="model", value=0.0, u=u, distribution="rectangular", source=source), 1.0))
     elif std > 0.0:

@@ -16,7 +16,7 @@ from platform_daemon.features.alarms.rules import Rules
 from platform_daemon.features.measurand.library import Measurands
 from platform_daemon.features.measurand.online import OnlineReadings
 from platform_daemon.features.measurand.work import calibrated
-from tests.features.measurand.test_measurand import PRESSURE, START_S, PressureSensor
+from tests.kit.pressure_sensor import PRESSURE, START_S, PressureSensor
 
 LIMITS = """
 [measurand]

@@ -112,6 +112,8 @@ export function describe(what) {
       return h("a", { href: `#/shot/${what.recording}/${what.frame}` }, `shot ${what.shot} of ${what.of}: ${what.verdict}${what.reason ? `, ${what.reason}` : ""}`);
     case "fit":
       return what.f_nat_hz === null ? `fit of shot ${what.shot} refused: ${what.reason}` : `fit of shot ${what.shot}: f_nat ${significant(what.f_nat_hz, 7)} Hz`;
+    case "measurand":
+      return what.value === null ? `shot ${what.shot}: ${what.name} cannot be read: ${what.reason}` : `shot ${what.shot}: ${what.name} ${significant(what.value, 6)} ${what.unit}, U ${significant(what.U, 2)} ${what.unit}`;
     case "device":
       return what.error ? `${plain(what.device)}: ${what.error}` : `${plain(what.device)} answers again`;
     case "interlock":
