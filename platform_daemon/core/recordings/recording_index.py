@@ -240,7 +240,7 @@ class RecordingIndex:
         fitted = json.loads(f"[{','.join(text for *_, text in rows)}]")  # at once: calls take as long again
         for (name, at, n, warm, field_t, _), figures in zip(rows, fitted, strict=True):
             points[name].append(IndexedPoint(at, n, warm, field_t, figures))
-        return [IndexedRecording(*row, frozenset(tags[row[0]]), points[row[0]]) for row in found]
+        return [IndexedRecording(*row, tags=frozenset(tags[row[0]]), points=points[row[0]]) for row in found]
 
     def specimen(self, name: str) -> IndexedSpecimen | None:
         """What its page says of a specimen; None: no recording of it has fits."""
