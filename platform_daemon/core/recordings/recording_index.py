@@ -13,7 +13,7 @@ import sqlite3
 import tempfile
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -240,7 +240,11 @@ class RecordingIndex:
         fitted = json.loads(f"[{','.join(text for *_, text in rows)}]")  # at once: calls take as long again
         for (name, at, n, warm, field_t, _), figures in zip(rows, fitted, strict=True):
             points[name].append(IndexedPoint(at, n, warm, field_t, figures))
-        return [replace(IndexedRecording(*row), tags=frozenset(tags[row[0]]), points=points[row[0]]) for row in found]
+        columns = [dict(zip(_COLUMNS.split(", "), row, strict=True)) for row in found]
+        return [
+            IndexedRecording(**each, tags=frozenset(tags[each["identifier"]]), points=points[each["identifier"]])
+            for each in columns
+        ]
 
     def specimen(self, name: str) -> IndexedSpecimen | None:
         """What its page says of a specimen; None: no recording of it has fits."""

@@ -5,6 +5,8 @@ import os
 import re
 import shutil
 import sqlite3
+from collections import Counter
+from contextlib import closing
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -174,6 +176,20 @@ def test_since_and_until_are_times_in_any_zone(indexed):
     assert indexed_trend(folder, "T 1", until="2026-03-01").points == whole[:4]  # all of that day
     with pytest.raises(InputError, match="no time of ISO 8601"):
         indexed_trend(folder, "T 1", since="yesterday")
+
+
+def test_what_is_known_of_a_specimen_is_what_its_recordings_hold(indexed):
+    with closing(open_index(indexed)) as index:
+        for name in index.specimens():
+            found, each = index.specimen(name), index.recordings(name)
+            assert list(found.identifiers) == [one.identifier for one in each]
+            assert (found.first, found.last) == (each[0].begun, each[-1].begun)
+            assert found.shots == sum(point.shots for one in each for point in one.points) > 0
+            assert found.resonators == Counter(one.resonator for one in each)
+            assert next(iter(found.resonators)) == each[-1].resonator
+            assert found.calibrations == Counter(one.calibration for one in each if one.calibration is not None)
+            assert found.tags == sorted({tag for one in each for tag in one.tags})
+        assert index.specimen("never") is None
 
 
 def test_who_was_never_measured_is_named_with_those_who_were(indexed):
