@@ -125,7 +125,8 @@ def _result(start: FitResult, fit: RotorFit, error: AdoptedRotorRecord) -> FitRe
         covariance_names=(*names, *RODRIGUES),
         notes=(
             *start.notes,
-            f"a rotor of five degrees of freedom with {held} held; phi_max and psi are those of one angle",
+            f"a rotor of five degrees of freedom with {held} held; errors are without those of what is held; "
+            "phi_max and psi are those of one angle",
         ),
         warnings=(),
         r2=1.0 - squares / float(np.sum((shot.samples - shot.samples.mean(axis=1, keepdims=True)) ** 2)),

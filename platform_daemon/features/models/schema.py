@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field
 
 from platform_daemon.core.schemas.base import (
+    Absent,
     ListPage,
     Request,
     Schema,
@@ -105,8 +106,8 @@ class AdoptedModelRecord(Schema):
     """Further torque terms."""
     receiver: tuple[ReceiverEffectRecord, ...]
     """What is undone on the receive side."""
-    rotor: AdoptedRotorRecord | None = None
-    """A manufacturing error; null: none, and fits are of one angle."""
+    rotor: Absent[AdoptedRotorRecord] = None
+    """A manufacturing error, with which fits take a rotor of five degrees of freedom; absent: none."""
     digest: str
     """SHA-256 of base, terms, receiver and rotor: of everything that a fit depends on."""
     evidence: AdoptionEvidence | dict[str, Any] = Field(union_mode="left_to_right")

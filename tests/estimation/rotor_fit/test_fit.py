@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
-from platform_daemon.estimation.rotor_fit.fit import RotorFitError, fit_rotor
+from platform_daemon.estimation.rotor_fit.fit import RotorFitError, exchanged, fit_rotor
 from platform_daemon.estimation.rotor_fit.parameters import free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from tests.kit.estimated_rotors import true_rotor
@@ -34,6 +34,7 @@ def tilted(seed, **values):
 
 def begun(shot, truth, **other):
     start = replace(truth, f_nat_hz=truth.f_nat_hz + 0.2, m_r_am2=0.99 * truth.m_r_am2, side_damping_per_s=5.0)
+    start = replace(start, distance_m=truth.distance_m * (1 - 2e-4))  # by the drawing, at another temperature
     return replace(shot, values=replace(start, stator_tilt_rad=0.02, turn_v_rad=0.0, **other))
 
 
@@ -51,6 +52,8 @@ def test_two_shots_together_tell_the_tilt_and_their_own_values_from_a_start_far_
     assert found.values[0].lambda_per_s == found.values[1].lambda_per_s
     windows = [stage.window_s for stage in found.stages]
     assert windows == sorted(windows)
+    assert windows[-1] == pytest.approx(0.7 * SAMPLES / RATE_HZ)
+    assert found.places[0]["distance_m"] == found.places[1]["distance_m"]
 
 
 def test_a_start_beyond_any_rotor_is_refused_in_words(pool):
@@ -68,3 +71,19 @@ def test_a_thread_has_no_friction_and_a_shot_after_another_has_its_swing():
     assert {"friction_coefficient", "tf_over_i_rad_per_s2"} <= {
         p.name for p in free_parameters(jewel, (), moving=False)
     }
+
+
+@pytest.mark.long
+def test_another_defect_starts_from_what_it_is_to_first_order_and_ends_where_it_falls_behind(pool):
+    """In a short window a displacement acts as a tilted stator does; over the whole shot a better fit ends it."""
+    shot, truth = tilted(5)
+    found = fit_rotor([replace(shot, values=truth)], "stator_tilt_rad", pool, first_window_s=0.05)
+    (values,) = exchanged(found, "lateral_displacement_m", pool)
+    assert values.stator_tilt_rad == pytest.approx(0.0, abs=1e-12)
+    begun_with = [replace(shot, values=values)]
+    other = fit_rotor(begun_with, "lateral_displacement_m", pool, first_window_s=0.05, beside=found)
+    assert abs(sum(other.chi2) - sum(found.chi2)) < 25
+    assert abs(other.strength[0]) == pytest.approx(1.8e-4, rel=0.2)
+    better = replace(found, stages=tuple(replace(s, chi2=s.chi2 - 1e4) for s in found.stages))
+    with pytest.raises(RotorFitError, match="stator_tilt_rad explains the first"):
+        fit_rotor(begun_with, "lateral_displacement_m", pool, first_window_s=0.05, beside=better)
