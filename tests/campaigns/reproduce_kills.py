@@ -28,6 +28,7 @@ from platform_daemon.features.reproduce.schema import Claim, Claims
 from tests.kit.command_line import COMMAND
 
 _LOOK_S = 0.05
+_PART = "part-*.json"
 _LONGEST_S = 3600.0
 
 
@@ -36,7 +37,7 @@ def _measures(variant: str) -> Callable[[Path], bool]:
 
 
 def _adds_noise(folder: Path) -> bool:
-    return any((folder / PARTS).glob("*"))
+    return any((folder / PARTS).glob(_PART))
 
 
 PHASES: dict[str, Callable[[Path], bool]] = {
@@ -56,7 +57,7 @@ def reproduce_kills(place: Path, shots: int) -> list[str]:
         _killed(_words(folder, shots, *resume), phase, partial(reached, folder))
         resume = ["--resume"]
         whole = [folder / f"{v}.h5" for v in ("thread", "jewel") if outcome_in(folder, v) is not None]
-        kept |= {path: _digest(path) for path in (*whole, *(folder / PARTS).glob("*.json"))}
+        kept |= {path: _digest(path) for path in (*whole, *(folder / PARTS).glob(_PART))}
         print(f"killed in {phase}: {len(kept)} files are whole", flush=True)
     _run(_words(folder, shots, *resume))
     wrong += [f"{path.name} has changed" for path, digest in kept.items() if _digest(path) != digest]
