@@ -30,9 +30,8 @@ def claims_text(found: Claims) -> str:
 def count_text(found: Claims) -> str:
     """How many of each verdict."""
     counted = Counter(claim.verdict for claim in found.claims)
-    return f"{len(found.claims)} claims: " + ", ".join(
-        f"{counted[v]} {v.replace('_', ' ')}" for v in ("agrees", "differs", "not_reproducible")
-    )
+    agree, differ, never = (counted[v] for v in ("agrees", "differs", "not_reproducible"))
+    return f"{len(found.claims)} claims: {agree} agree, {differ} differ, {never} not reproducible"
 
 
 def claim_rows(found: Claims) -> list[dict[str, Any]]:
