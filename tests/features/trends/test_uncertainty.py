@@ -12,6 +12,7 @@ from platform_daemon.features.trends.report import trend_csv, trend_text
 from tests.kit.specimen_months import months
 
 
+@pytest.mark.long
 def test_points_have_the_u_of_their_recording_and_the_others_a_reason(measured, tmp_path):
     shutil.copy(measured / "j.h5", tmp_path / "j.h5")
     update_index(tmp_path)
