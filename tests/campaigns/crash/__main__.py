@@ -11,6 +11,7 @@ import json
 import math
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -30,6 +31,7 @@ from tests.kit.processes import NoSuchChild
 
 def main() -> int:
     """Exit code 1 if an output stayed on, power met the receiver, or a promise was not kept."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # `nohup` would have every daemon ignore it, too
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--each", type=int, default=200, help="how often every kind of strike is done")
     parser.add_argument("--only", default="", help="only strikes whose name matches this regular expression")
