@@ -24,10 +24,11 @@ $(STAMP): pyproject.toml constraints.txt $(PAGE)/package-lock.json
 	touch $@
 	@echo 'Installed. Now `make demo`, or `. .venv/bin/activate` and `platform-daemon --help`.'
 
-# The first fit on a computer compiles; here it is seen, and waited for once.
+# The first fit and the first simulated shot on a computer compile; here it is seen, and waited for once.
 kernels:
 	@echo 'Compiling the numerical kernels, once ...'
-	$(BIN)/python -c 'from platform_daemon.estimation.compilation import warm_up; print(f"... in {warm_up():.0f} s")'
+	@$(BIN)/python -c 'from sim_backend.world.warm_up import warm_up; warm_up()' & \
+	$(BIN)/python -c 'from platform_daemon.estimation.compilation import warm_up; print(f"... in {warm_up():.0f} s")' && wait
 
 # What the operator's page takes from npm; without it the page works, and says that pictures are missing.
 page-packages:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 from uuid import uuid4
 
 import pytest
@@ -14,6 +15,7 @@ import pytest
 from drivers.claims import Claim, Claimed, holder_of
 from drivers.errors import DeviceDenied
 from drivers.red_pitaya.lock import lock_card, note_path
+from tests.kit.command_line import wait_for
 from tests.kit.unit_isolation import isolated, needs_namespaces
 
 HOLD = (
@@ -33,6 +35,12 @@ def holding(name, command=lambda words: words):
     process = subprocess.Popen(command(words), stdout=subprocess.PIPE)
     assert process.stdout.readline() == b"held\n"
     return process
+
+
+def states(pid):
+    """Of all threads: one letter each, T for halted."""
+    texts = (each.read_text() for each in Path(f"/proc/{pid}/task").glob("*/stat"))
+    return {text.rpartition(")")[2].split()[0] for text in texts}
 
 
 def ended(process):
@@ -68,6 +76,7 @@ def test_a_process_that_is_halted_holds_it_and_is_named(name):
     process = holding(name)
     try:
         os.kill(process.pid, signal.SIGSTOP)
+        wait_for(lambda: states(process.pid) == {"T"})  # until then a thread may still answer
         for _ in range(40):  # more than wait in its queue
             if (found := holder_of(name)).pid == 0:
                 break

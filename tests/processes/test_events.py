@@ -66,14 +66,14 @@ def test_a_series_is_told_as_it_comes_and_can_be_looked_at_meanwhile(daemon):
     shots = daemon.get(f"{path}/shots").json()["items"]
     assert shots[0]["fit"]["parameters"]["f_nat_hz"]["value"] == listener.of("fit")[0]["f_nat_hz"]
     frame = f"/recordings/{recording}/frames/0"
+    info = daemon.get(f"/recordings/{recording}").json()
+    assert "still being measured" in info["incomplete"]
+    assert info["frames"] == len(info["shots"]) >= 1
     while_it_runs = daemon.get(f"{frame}/dmdt.npy").content
     harmonics = daemon.get(f"{frame}/harmonics")
     assert harmonics.status_code == 200, harmonics.text
     assert harmonics.json()["frame"] == 0
     assert daemon.get(f"{frame}/picture").content.startswith(b"\x89PNG")
-    info = daemon.get(f"/recordings/{recording}").json()
-    assert "still being measured" in info["incomplete"]
-    assert info["frames"] == len(info["shots"]) >= 1
     assert "so far, and no frame 99" in problem(daemon.get(f"/recordings/{recording}/frames/99/dmdt"), 404)["detail"]
     seen = []
     while daemon.get(path).json()["state"] == "running":
