@@ -21,6 +21,7 @@ _DIGEST = re.compile(r'("sha256":\s*")([0-9a-f]{64})"')
 _PHRASES = (
     (re.compile(r"found in \d+\.\d+ s"), "found in <float> s"),
     (re.compile(r"\(\d+ s left\)"), "(<int> s left)"),
+    (re.compile(r"measuring it took [0-9.]+ s"), "measuring it took <float> s"),
     (re.compile(r"127\.0\.0\.1:\d{4,5}"), "127.0.0.1:<port>"),
     (re.compile(r"/[\w/.-]*/lab-emulator-\w+/"), "<temporary>/"),
     (re.compile(r"(declared model [^;\n]+); [0-9.]+ s"), r"\1; <float> s"),
