@@ -41,6 +41,11 @@ class PowerAmplifier(Protocol):
     def status(self) -> AmplifierStatus:
         """Fresh read-back.  Raises DeviceTimeout, DeviceProtocolError."""
 
+    def status_after_tx(self) -> AmplifierStatus:
+        """As `status`, but the temperature may be None: it is asked between TX and RX, where an answer that never comes
+        would cost the shot."""
+        return self.status()
+
     def enable(self) -> None:
         """Switch the power stage on (still muted).  Raises DeviceFault if a fault is latched."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from drivers.errors import DeviceFault, DeviceProtocolError, DeviceStateError, DeviceTimeout
 from drivers.exchange import Exchange
@@ -37,12 +38,16 @@ class ScpiAmplifier(PowerAmplifier):
 
     def status(self) -> AmplifierStatus:
         """See PowerAmplifier.  Temperature, fault and clipping are absent where the device does not report them."""
+        return replace(self.status_after_tx(), temperature_c=self._temperature_c())
+
+    def status_after_tx(self) -> AmplifierStatus:
+        """See PowerAmplifier."""
         live = self._is_on()
         return AmplifierStatus(
             enabled=live or self._enabled_muted,
             muted=yes(self._exchange, self._do.muted, self._words) if self._do.muted else not live,
             fault=self._fault(),
-            temperature_c=self._temperature_c(),
+            temperature_c=None,
             clipped=bool(self._do.clipped) and yes(self._exchange, self._do.clipped, self._words),
         )
 

@@ -243,7 +243,7 @@ def _check_contiguous(first: int, shape: tuple[int, ...], wanted: tuple[int, ...
 
 def _end_of_power(platform: Platform) -> bool:
     """Disable the amplifier after TX; returns whether it clipped, raises DeviceFault if it tripped during TX."""
-    status = platform.amplifier.status()
+    status = platform.amplifier.status_after_tx()
     platform.amplifier.disable()
     if status.fault is not None:
         raise DeviceFault(

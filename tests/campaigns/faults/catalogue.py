@@ -134,7 +134,6 @@ AMPLIFIER_SITES = (
     Site("identify", ("OUTP?",), early=True),
     Site("arm", ("SYST:ERR?", "STAT:FAULT?", "OUTP?"), when="idle"),
     Site("switch-over", ("STAT:CLIP?", "OUTP:MUTE?", "OUTP?"), when="shot"),
-    Site("temperature", ("SYST:TEMP?",), when="shot"),
     Site("readout", ("OUTP?",), when="after_shot"),
     Site("idle", ("*IDN?", "SYST:TEMP?", "STAT:CLIP?"), when="idle"),
     Site("self-test", ("STAT:CLIP?", "OUTP?"), when="shot"),
@@ -206,7 +205,7 @@ def _controller_cells() -> list[Cell]:
 
     Switch and LNA are queried after the samples are there: one that does not answer makes the shot doubtful, so that it
     is refused, and a tone of the self-test, so that it is tried twice.  The next shot of an LNA that stays dead is not
-    begun.  What the amplifier says of its temperature decides nothing.
+    begun.  The amplifier's temperature is not asked between TX and RX.
     """
     once = {
         "connect": Outcome.NO_START,
@@ -229,12 +228,9 @@ def _controller_cells() -> list[Cell]:
             lost = once.get(site.phase, Outcome.STOPPED)
             dead = {"idle": Outcome.BEFORE_POWER, "status in RX": Outcome.STOPPED}.get(site.phase, lost)
             lost, dead = after_samples.get((device, site.phase), (lost, dead))
-            outcomes = {**dict.fromkeys(LOST, lost), **dict.fromkeys(DEAD, dead)}
-            if site.phase == "temperature":
-                outcomes |= dict.fromkeys(("timeout", "garbage", "half_reply"), Outcome.VALID)
-            for kind, outcome in outcomes.items():
-                ends = device == LNA and outcome is Outcome.SHOT_REFUSED and kind in DEAD
-                found.append(_wire(device, kind, site, outcome, before_more=Outcome.BEFORE_POWER if ends else None))
+            ends = device == LNA and dead is Outcome.SHOT_REFUSED
+            found += [_wire(device, kind, site, lost) for kind in LOST]
+            found += [_wire(device, k, site, dead, before_more=Outcome.BEFORE_POWER if ends else None) for k in DEAD]
             found.append(_wire(device, SLOW, site, Outcome.VALID))
     return found
 

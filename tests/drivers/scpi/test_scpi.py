@@ -115,6 +115,15 @@ class TestATrip(AmplifierContract):
         return lambda: setattr(device, "fault", "over-current")
 
 
+def test_the_temperature_is_not_asked_where_an_answer_that_never_comes_would_cost_a_shot():
+    device = Standard()
+    asked = []
+    made = amplifier(lambda text: (asked.append(text), device(text))[1])
+    assert made.status_after_tx().temperature_c is None
+    assert "SYST:TEMP?" not in asked
+    assert made.status().temperature_c == 31.5
+
+
 def test_an_amplifier_that_was_left_on_is_switched_off_at_the_start():
     for device, commands, words in MODELS.values():
         left_on = device()

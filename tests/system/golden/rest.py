@@ -55,6 +55,10 @@ def _platform(daemon: Daemon) -> None:
     daemon.ask("platform/alarms", "GET", "/alarms")
     daemon.ask("platform/no-alarm", "POST", "/alarms/nothing/acknowledge", json={"by": "me"})
     daemon.ask("platform/metrics", "GET", "/metrics")
+    daemon.ask("platform/caller", "GET", "/caller")
+    daemon.ask("platform/no-jobs", "GET", "/jobs")
+    daemon.ask("platform/no-measurands", "GET", "/measurands")
+    daemon.ask("platform/no-measurand", "GET", "/measurands/nobody")
     daemon.ask("platform/specimens", "GET", "/specimens")
     daemon.ask("platform/no-specimen", "GET", "/specimens/nobody")
     daemon.ask("platform/no-baseline", "POST", "/specimens/nobody/baseline", json={"by": "me", "reason": "new"})
@@ -116,6 +120,12 @@ def _recordings(daemon: Daemon, made: str) -> None:
     daemon.ask("recordings/sliding-long", "GET", f"{frame}/sliding", params={"window_s": 50.0})
     daemon.ask("recordings/harmonics", "GET", f"{frame}/harmonics")
     daemon.ask("recordings/picture", "GET", f"{frame}/picture")
+    daemon.ask("recordings/plot", "GET", f"{frame}/plot", params={"points": 40})
+    daemon.ask("recordings/f32-file", "GET", f"{frame}/dmdt.f32", params={"stop_s": 0.1})
+    daemon.ask("recordings/budget", "GET", f"/recordings/{JEWEL}/budget")
+    daemon.ask("recordings/budget-picture", "GET", f"/recordings/{JEWEL}/budget/picture")
+    daemon.ask("recordings/no-measurand", "GET", f"/recordings/{JEWEL}/measurand")
+    daemon.ask("recordings/changes", "GET", "/changes", params={"limit": 1})
     daemon.ask("recordings/harmonics-example", "GET", f"/recordings/{JEWEL}/frames/0/harmonics")
 
 
