@@ -12,7 +12,7 @@ import pytest
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.command_line import wait_for
 from tests.kit.rest import problem
-from tests.kit.served import served
+from tests.kit.served import ready, served
 
 REALTIME = ("--set", 'backends.simulated.clock.mode="realtime"')
 SERIES = {**SHORT_JEWEL, "shots": 16, "window": "n50"}
@@ -20,7 +20,7 @@ SERIES = {**SHORT_JEWEL, "shots": 16, "window": "n50"}
 
 @pytest.fixture(scope="module")
 def daemon(tmp_path_factory):
-    with served(tmp_path_factory.mktemp("served") / "data", *REALTIME) as running:
+    with ready(tmp_path_factory.mktemp("served") / "data", *REALTIME) as running:  # fits that come while it measures
         yield running
 
 
