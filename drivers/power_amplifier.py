@@ -42,8 +42,10 @@ class PowerAmplifier(Protocol):
         """Fresh read-back.  Raises DeviceTimeout, DeviceProtocolError."""
 
     def status_after_tx(self) -> AmplifierStatus:
-        """As `status`, but the temperature may be None: it is asked between TX and RX, where an answer that never comes
-        would cost the shot."""
+        """What a shot has to know between TX and RX, where an answer that never comes costs it: fault and clipping.
+
+        The temperature may be None.  Raises as `status`.
+        """
         return self.status()
 
     def enable(self) -> None:

@@ -50,7 +50,7 @@ def test_the_script_runs_line_by_line(tmp_path, monkeypatch):
         assert found["ramp"].result.stopped
         assert found["sweep"].steps().field_ut.tolist() == [50, 100, 150, 200, 250, 300]
         assert found["report"].startswith("<!doctype html>")
-        assert len(found["ledger"]) <= 1  # an interval is due at once
+        assert [row.number for row in found["ledger"]] in ([], [1])  # an interval is due at once, within a second
         assert found["trend"].points
         assert found["stopped"].status
 
