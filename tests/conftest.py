@@ -95,6 +95,20 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.flaky(reruns=1))
 
 
+@pytest.fixture(autouse=True)
+def environment_stays() -> Iterator[None]:
+    """A place of compiled kernels that a test left in the environment once let a later one compile everything anew, for
+    a minute in each run.  Libraries may note something there when they are loaded; what we read is as it was."""
+    before = _environment()
+    yield
+    assert _environment() == before, "the environment is not as it was before this test"
+
+
+def _environment() -> dict[str, str]:
+    ours = ("PLATFORM_DAEMON_", "NUMBA_", "MPLCONFIGDIR", "XDG_", "HOME", "TZ", "OPENBLAS_")
+    return {name: value for name, value in os.environ.items() if name.startswith(ours)}
+
+
 @pytest.fixture
 def engine_with() -> Iterator[Callable[..., Engine]]:
     """Makes engines on the shipped simulated platform with overrides; closes them all."""

@@ -13,16 +13,22 @@ from platform_daemon.core.state.kernel_cache import FONTS, NOWHERE, VARIABLE, ch
 from tests.kit.unit_isolation import ROOT, isolated, needs_namespaces
 
 
+@pytest.fixture(autouse=True)
+def nothing_chosen(monkeypatch):
+    """Neither place stands in the environment, and none that a test chooses stays there afterwards."""
+    for name in (VARIABLE, FONTS):
+        monkeypatch.setenv(name, "")  # what is deleted only if it is there is not taken back
+        monkeypatch.delenv(name)
+
+
 @pytest.fixture
 def read_only(monkeypatch, tmp_path):
     """An installation that cannot be written, for which a file stands."""
     (tmp_path / "installed").write_text("")
     monkeypatch.setattr(platform_daemon, "__file__", str(tmp_path / "installed/platform_daemon/__init__.py"))
-    monkeypatch.delenv(VARIABLE, raising=False)
 
 
-def test_an_installation_that_can_be_written_keeps_its_own(monkeypatch):
-    monkeypatch.delenv(VARIABLE, raising=False)
+def test_an_installation_that_can_be_written_keeps_its_own():
     assert choose_kernel_cache() is None
     assert VARIABLE not in os.environ
 
@@ -52,7 +58,6 @@ def test_a_place_that_somebody_has_named_is_kept_if_it_can_be_used(monkeypatch, 
 
 
 def test_fonts_are_kept_with_the_state_where_there_is_no_home(monkeypatch, tmp_path):
-    monkeypatch.delenv(FONTS, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
     choose_font_cache()
     assert FONTS not in os.environ  # matplotlib's own place
@@ -68,7 +73,6 @@ def test_fonts_are_kept_with_the_state_where_there_is_no_home(monkeypatch, tmp_p
     monkeypatch.setattr("pathlib.Path.home", no_account)  # as of a number that no account has
     choose_font_cache()
     assert os.environ[FONTS] == str(tmp_path / "state/platform-daemon/matplotlib")
-    monkeypatch.delenv(FONTS)
 
 
 @needs_namespaces
