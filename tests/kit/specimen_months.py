@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+import shutil
+import uuid
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 from platform_daemon.core.recordings.recording import StepLabel
@@ -27,27 +30,43 @@ def months(
     begun: datetime = datetime(2026, 3, 1, tzinfo=UTC),
     clock: ClockKind | None = None,
 ) -> list[Path]:
-    """One every six hours, of one shot; after DROP_AT of them m_r is 0.5 % and f_nat 0.25 % lower."""
+    """One every six hours, of one shot; after DROP_AT of them m_r is 0.5 % and f_nat 0.25 % lower.
+
+    The first one is written as the daemon does; the others are copies with their own times, temperature and fit, which
+    takes a tenth of the time.
+    """
     rng = np.random.default_rng(seed)
-    made = []
+    made: list[Path] = []
     for k in range(recordings):
         warm = 21.0 + np.sin(0.5 * np.pi * k) + rng.normal(0.0, 0.2)
         lost = 0.005 * (k >= DROP_AT)
         f_nat = 213.0 * (1.0 - 5e-4 * (warm - 21.0) - lost / 2 + rng.normal(0.0, 2e-5))
         m_r = 0.012 * (1.0 - 1e-3 * (warm - 21.0) - lost + rng.normal(0.0, 2e-4))
-        at = (begun + timedelta(hours=6 * k)).isoformat()
-        table = replace(
-            fit_table(1), values=np.array([[f_nat, m_r]]), std=np.array([[1e-3, 1e-6]]), verdict=("good",),
-            reason=("",), nrmse=np.array([0.01 * (1.0 + rng.normal(0.0, 0.01))]),
-        )  # fmt: skip
+        nrmse = 0.01 * (1.0 + rng.normal(0.0, 0.01))
         path = folder / f"{re.sub(r'[ /]', '-', specimen)}-{k:03d}.h5"
-        with SeriesWriter.create(
-            path, header(start_time=at, sample_name=specimen, comment=comment, planned_shots=1, clock=clock)
-        ) as writer:
-            writer.add_shot(replace(shot(k % 50 + 1), time_stamp=at, temperature_c=warm))
-            writer.finish((table,))
+        if not made:
+            table = replace(fit_table(1), std=np.array([[1e-3, 1e-6]]), verdict=("good",), reason=("",))
+            about = header(sample_name=specimen, comment=comment, planned_shots=1, clock=clock)
+            with SeriesWriter.create(path, about) as writer:
+                writer.add_shot(shot(1))
+                writer.finish((table,))
+        else:
+            shutil.copy(made[0], path)
+        _change(path, begun + timedelta(hours=6 * k), warm, (f_nat, m_r), nrmse)
         made.append(path)
     return made
+
+
+def _change(path: Path, at: datetime, celsius: float, fitted: tuple[float, float], nrmse: float) -> None:
+    with h5py.File(path, "r+") as h5:
+        stamp = at.isoformat()
+        h5["entry/entry_identifier"][()] = uuid.uuid4().hex
+        h5["entry/start_time"][()] = h5["entry/end_time"][()] = stamp
+        h5["frames/time_stamp"][0] = stamp
+        h5["frames/temperature"][0] = celsius
+        (fit,) = h5["fit"].values()
+        fit["values"][0] = fitted
+        fit["nrmse"][0] = nrmse
 
 
 def procedure(folder: Path, name: str, labels: Sequence[StepLabel], f_nat_hz: Sequence[float]) -> None:
