@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from fnmatch import fnmatch
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -83,12 +84,17 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
+@cache
+def _waits(path: Path) -> bool:
+    name = path.relative_to(Path(__file__).parent).as_posix()
+    return any(fnmatch(name, each) for each in _REAL_TIME)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """One more attempt for what waits for real processes, sockets and clocks."""
     for item in items:
-        path = item.path.relative_to(Path(__file__).parent).as_posix()
         if (
-            any(fnmatch(path, each) for each in _REAL_TIME)
+            _waits(item.path)
             and "interlock" not in item.nodeid
             and "campaigns/faults" not in item.nodeid
         ):

@@ -1,6 +1,7 @@
 """`diagnose` and `fit` on files that are no ring-down of one angle: one line, what was seen, where, and a remedy."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -125,12 +126,12 @@ def test_a_series_without_a_swing_is_refused_with_3(tmp_path, make, words):
 
 
 @pytest.mark.parametrize(
-    ("made", "words"),
+    ("make", "words"),
     [
-        (driven(1.7, 0.3, 0.06, settled=60.0), ("does not die away", "is it driven?", "without a drive")),
-        (driven(1.95, 0.3, 0.05, settled=60.0), ("does not die away", "is it driven?", "without a drive")),
-        (driven(2.2, 0.01, 0.05), ("the swing grows from", "is it driven", "without a drive")),
+        (partial(driven, 1.7, 0.3, 0.06, settled=60.0), ("does not die away", "is it driven?", "without a drive")),
+        (partial(driven, 1.95, 0.3, 0.05, settled=60.0), ("does not die away", "is it driven?", "without a drive")),
+        (partial(driven, 2.2, 0.01, 0.05), ("the swing grows from", "is it driven", "without a drive")),
     ],
 )
-def test_a_driven_swing_is_not_diagnosed(tmp_path, made, words):
-    assert_one_line_error(here("diagnose", pendulum(tmp_path, *made)), 3, "no_decay: ", *words)
+def test_a_driven_swing_is_not_diagnosed(tmp_path, make, words):
+    assert_one_line_error(here("diagnose", pendulum(tmp_path, *make())), 3, "no_decay: ", *words)

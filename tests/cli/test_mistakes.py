@@ -20,19 +20,26 @@ ROW = re.compile(r"^\| [^|]+ \| `([^|`]+)` \| ([^|]+) \|$", re.MULTILINE)
 MISTAKES = ROW.findall(PAGE.partition("## When the shots")[0])
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
     """A recording of one shot, a series that was killed after its first shot, a TOML file."""
-    monkeypatch.chdir(tmp_path)
-    with SeriesWriter.create("a.h5", header(planned_shots=1)) as writer:
+    made = tmp_path_factory.mktemp("mistakes")
+    with SeriesWriter.create(made / "a.h5", header(planned_shots=1)) as writer:
         writer.add_shot(shot(1))
         writer.finish(())
-    with SeriesWriter.create("killed.h5", header()) as writer:
+    with SeriesWriter.create(made / "killed.h5", header()) as writer:
         writer.add_shot(shot(1))
-    (tmp_path / "other.toml").write_text("a = 1\n")
-    write_minimal(tmp_path / "packed.h5", {"/data": packed_by(NO_FILTER, MINIMAL["/data"])})
-    (tmp_path / "twice.csv").write_text("time_s,x_v,x_v\n0,1,0\n1,2,0\n")
-    return tmp_path
+    (made / "other.toml").write_text("a = 1\n")
+    write_minimal(made / "packed.h5", {"/data": packed_by(NO_FILTER, MINIMAL["/data"])})
+    (made / "twice.csv").write_text("time_s,x_v,x_v\n0,1,0\n1,2,0\n")
+    return made
+
+
+@pytest.fixture
+def folder(files, tmp_path, monkeypatch):
+    """A copy of them, which is the current folder."""
+    monkeypatch.chdir(tmp_path)
+    return shutil.copytree(files, tmp_path, dirs_exist_ok=True)
 
 
 def test_the_page_has_its_mistakes():
