@@ -94,7 +94,7 @@ def test_coverage_of_blind_weeks():
     """U covers in 93 to 97 %: pressure and temperature sensors, each with its own calibration and a week."""
     for campaign in (pressure_campaign, temperature_campaign):
         hits, resolution = [], []
-        for seed in range(50):
+        for seed in range(30):
             found, made, _ = campaign(seed, 100)
             hits += found
             resolution.append(made.resolution)
