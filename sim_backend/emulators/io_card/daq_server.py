@@ -73,6 +73,8 @@ class DaqServer:
                     hang_up(data)  # by the thread that still ends the client before
                 self._half_open = None
                 self._talk = ScpiSession(self._board, command, data, self._faults, self.close, left_over)
+                if self._closed:  # by now, and who closed it has not seen this client
+                    self._talk.end()
                 time.sleep(MAIN_LOOP_S)  # the main loop looks for the next client only now and then
 
     def _ends_twice(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -49,13 +50,15 @@ def test_what_another_program_has_to_undo_is_named(tmp_path: Path, begin: bytes,
 
 
 def test_a_filter_of_hdf5plugin_is_used_where_that_is_installed(tmp_path: Path) -> None:
-    """In a process of its own, which has not imported it."""
+    """In a process of its own, which has not imported it, nor been told by netCDF4 where the filters of its build are."""
     pytest.importorskip("hdf5plugin")
+    environment = {name: value for name, value in os.environ.items() if name != "HDF5_PLUGIN_PATH"}
     path = write_minimal(tmp_path / "a.h5", {"/data": None})
     write = "import sys, h5py, hdf5plugin, numpy; f = h5py.File(sys.argv[1], 'a')\n"
     write += "f.create_dataset('data', data=numpy.ones((2, 3, 124)), **hdf5plugin.Blosc())"
     read = "import sys; from platform_daemon.core.recordings.reader import open_recording\n"
     read += "assert 'hdf5plugin' not in sys.modules; print(open_recording(sys.argv[1]).frame_volts(1).sum())"
     for program, said in ((write, ""), (read, "372.0")):
-        done = subprocess.run([sys.executable, "-c", program, path], capture_output=True, text=True, check=False)
+        words = [sys.executable, "-c", program, path]
+        done = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
         assert (done.returncode, done.stdout.strip()) == (0, said), done.stderr
