@@ -50,7 +50,7 @@ def test_what_another_program_has_to_undo_is_named(tmp_path: Path, begin: bytes,
 
 
 def test_a_filter_of_hdf5plugin_is_used_where_that_is_installed(tmp_path: Path) -> None:
-    """In a process of its own, which has not imported it and was not told by netCDF4 where the filters of its build are."""
+    """In a process of its own, which has not imported it; netCDF4 has told it of no other filters."""
     pytest.importorskip("hdf5plugin")
     environment = {name: value for name, value in os.environ.items() if name != "HDF5_PLUGIN_PATH"}
     path = write_minimal(tmp_path / "a.h5", {"/data": None})
