@@ -29,7 +29,17 @@ from .findings.moving_parameters import MovingParameter, moving_parameters
 from .findings.negligible_effects import NegligibleEffect, negligible_effects
 from .findings.next_measurements import Ambiguity, Proposal, proposals
 from .findings.notes import notes, two_in_place_notes, undecided
-from .findings.rotor_findings import leaves_noise, plane_notes, rotor_effect, rotor_notes, rotor_scores, unsearched
+from .findings.rotor_findings import (
+    leaves_less,
+    leaves_noise,
+    may_be_a_rotor,
+    plane_notes,
+    rotor_effect,
+    rotor_notes,
+    rotor_scores,
+    unsearched,
+)
+from .findings.rotor_parting import parting
 from .findings.verdict import assess_diagnosis
 from .regression.cross_validation import CrossValidation, cross_validate
 from .regression.hypothesis import Hypothesis
@@ -47,7 +57,7 @@ from .selection.kick_search import kicks
 from .selection.omnibus_test import omnibus_test
 from .selection.scales import fits_at_neighbouring_scales
 from .selection.stepwise import ProgressCallback, Selection, select_effects
-from .shots.initial_fits import UnfittedShot, initial_fits
+from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
 from .shots.shot import DiagnosisShot, PreparedShot
 from .shots.thread_pool import shot_pool
 from .thresholds import THRESHOLDS
@@ -171,13 +181,25 @@ def _diagnose(
     progress("checks of the data", 0.0)
     prepared, refused, flawed, gaps = _prepared(shots, model, pool)
     progress("fit of the declared model", 0.1)
-    plane = plane_test(prepared)
-    if plane is not None and plane.leaves and (solved := _rotor(prepared, model, pool)) is not None:
+    swings, hopeless = with_beginnings(prepared, refused, model)
+    names = [s.name for s in shots]
+    swings.sort(key=lambda s: names.index(s.shot.name))
+    plane = plane_test(swings) if swings else None
+    if plane is not None and plane.leaves and (solved := _rotor(swings, model, pool)) is not None:
         declared, rotor = solved
-        told = (*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor))
-        explained = replace(_of_rotor(declared, plane, rotor, pool), shots=tuple(shots), refused=tuple(refused))
-        seconds = time.perf_counter() - began_s
-        return replace(explained, integrity=(*defects, *flawed, *gaps), notes=told, seconds=seconds)
+        return replace(
+            _of_rotor(declared, plane, rotor, pool),
+            shots=tuple(shots),
+            refused=tuple(hopeless),
+            integrity=(*defects, *flawed, *gaps),
+            notes=(*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor)),
+            seconds=time.perf_counter() - began_s,
+        )
+    if not prepared:
+        why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
+        raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
+    if len(swings) > len(prepared):
+        plane = plane_test(prepared)
     found, late = _selected(prepared, model, gaps, progress, pool)
     gaps = merged([*gaps, *late])
     progress("prediction of held-out data", 0.8)
@@ -187,6 +209,17 @@ def _diagnose(
         found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, table, after, replaced, pool) if final.hypothesis.effects else ()
     verdict, doubts = assess_diagnosis(found, final, named, gaps, after)
+    if plane is not None and not plane.leaves and may_be_a_rotor(found.base, verdict):
+        rotor = manufacturing_error(found.base, pool)
+        if rotor is not None and leaves_less(rotor, final, verdict):
+            return replace(
+                _of_rotor(found.base, plane, rotor, pool),
+                shots=tuple(shots),
+                refused=tuple(refused),
+                integrity=(*defects, *flawed, *gaps),
+                notes=(*remarks, *test(found.base), *rotor_notes(rotor)),
+                seconds=time.perf_counter() - began_s,
+            )
     tentative, why_not = _not_accepted(found, final, named, doubts) if verdict == "unexplained" else ((), "")
     if verdict == "unexplained":
         named = ()
@@ -270,7 +303,7 @@ def _of_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool:
         sigma_after={},
         torque=None,
         moving=moving_parameters(base, pool),
-        next_measurements=(),
+        next_measurements=parting(rotor, pool),
         notes=(),
         seconds=0.0,
         plane=plane,
@@ -288,10 +321,7 @@ def _prepared(
     angle = shots[0].record.quantity == "angle"
     usable, gaps = filled_angles(usable, pool) if angle else (usable, [])
     prepared, refused = initial_fits(usable, model, pool)
-    if not prepared:
-        why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
-        raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
-    if not angle:
+    if prepared and not angle:
         prepared, gaps = filled_dipoles(prepared, model, pool)
     return prepared, refused, flawed, gaps
 

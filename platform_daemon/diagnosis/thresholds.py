@@ -26,6 +26,7 @@ class Shots:
     # share of the first amplitude to which a shot is fitted; below, a rotor may stick [unset]
     kept_amplitude: float = 0.12
     first_part: int = 8  # a fit that finds no minimum begins with one part in so many of an angle's window [A]
+    beginning_s: float = 0.1  # of a rotor's shot in which one angle is near enough to begin with [unset]
     stray_ratio: float = 3.0  # of two frequencies: a trial step that leads further away is refused [A]
     kept_bases: int = 2  # linearised states of a shot that are cached, some megabytes each [cost]
     largest_sensitivity: float = 1e60  # of the basis functions; beyond, the trajectory is lost [digits]
@@ -342,7 +343,8 @@ class RigidBody:
     plane_points: int = 24  # frequencies at which it is read [unset]
     plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
     start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
-    jewel_damping_per_s: float = 0.1  # 1/s, lambda of a jewel at most at the start: one angle's takes the slip [unset]
+    # 1/s, lambda at most at the start: that of one angle takes what goes to side modes and slip [unset]
+    damping_per_s: float = 0.1
     side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]
     # m/s of slip below which a jewel's contact creeps, held: free, it trades with the losses [physics]
     creep_m_per_s: float = 2e-3
@@ -350,6 +352,10 @@ class RigidBody:
     rival_window_s: float = 0.2  # s of the windows that grow for look-alikes: the first, where all act alike [cost]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
+    # chi2/dof of one angle over 1 from which a jewel's error is sought in its plane: the noise's level is known so well
+    excess: float = 0.005  # [unset]
+    excess_sigma: float = 5.0  # the same, in standard deviations of chi2/dof [noise: 3e-7]
+    equal_chi2: float = 1.0  # difference of chi^2 by which an error is not preferred to a simpler one [noise: 0.3]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -76,12 +76,14 @@ class HeldOutRotor:
 
 @dataclass(frozen=True, kw_only=True)
 class Alike:
-    """Another error that explains the shots as well: its size, in the effect's unit, and by how much chi^2 rises."""
+    """Another error that explains the shots as well: its size, in the effect's unit, by how much chi^2 is above that of
+    the named one, and its fit."""
 
     effect: Effect
     strength: float
     std: float
     rise: float
+    fit: RotorFit
 
     @property
     def in_words(self) -> str:
@@ -136,8 +138,8 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
 
     The first shot is fitted alone in windows that grow, with each error in turn; the others begin with what it found in
     common, so that their ends are predicted from their beginnings; then all are fitted together, with the error that
-    explains it best and with those that it could not tell from that.  Of errors that explain the shots alike the first
-    one in `DEFECTS` has the name.
+    explains it best and with those that it could not tell from that.  The least chi^2 has the name; where others are as
+    near to it as noise alone would set them apart, the first of them in `DEFECTS`, the simplest.
     """
     shots = _rotor_shots(base)
     if not shots:
@@ -151,7 +153,7 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         else:
             together = ranked
         alike = _as_good(together)
-        best = min(alike, key=lambda f: DEFECTS.index(_defect_of(f)))
+        best = _named(alike)
         if best.defect != ranked[0].defect:
             fits = _each(shots, next(f for f in ranked if f.defect == best.defect), pool)
         held_out = _held_out(fits)
@@ -166,7 +168,7 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         effect=effect_of(_defect_of(best), bearing),
         strength=strength,
         std=std,
-        alike=tuple(_like_it(f, best) for f in others),
+        alike=tuple(sorted((_like_it(f, best) for f in others), key=lambda a: a.rise)),
         fit=best,
         held_out=held_out,
         before_chi2=base.chi2,
@@ -191,7 +193,7 @@ def _rotor_shots(base: JointFit) -> list[RotorShot]:
             f_nat_hz=f_nat_hz,
             m_r_am2=m_r_am2,
             distance_m=known.geometry.distance_m(f_nat_hz, m_r_am2),
-            lambda_per_s=min(loss, _LIMITS.jewel_damping_per_s) if jewel else loss,
+            lambda_per_s=min(max(loss, 0.0), _LIMITS.damping_per_s),
             rotation=known.facing(observed.rotation),
             tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0),
             friction_coefficient=known.geometry.friction_coefficient,
@@ -225,9 +227,17 @@ def _alone(shot: RotorShot, pool: Executor) -> RotorFit:
             continue
     if not tried:
         raise RotorFitError("a short window finds no rotor")
-    best = min(tried, key=lambda f: sum(f.chi2))
-    begun = replace(shot, values=best.values[0])
-    return fit_rotor([begun], _TILT, pool, first_window_s=2.0 * _LIMITS.sign_window_s)
+    found = min(tried, key=_total).values[0]
+    # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
+    distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
+    begun = replace(shot, values=replace(found, distance_m=distance_m))
+    return fit_rotor(
+        [begun],
+        _TILT,
+        pool,
+        first_window_s=2.0 * _LIMITS.sign_window_s,
+        hopeless_chi2_per_dof=_LIMITS.explained_chi2_per_dof,
+    )
 
 
 def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) -> RotorFit:
@@ -277,7 +287,14 @@ def _rivals(
 def _like_it(fit: RotorFit, best: RotorFit) -> Alike:
     strength, std = fit.strength
     effect = effect_of(_defect_of(fit), fit.shots[0].geometry.bearing)
-    return Alike(effect=effect, strength=strength, std=std, rise=_rise(fit, best))
+    return Alike(effect=effect, strength=strength, std=std, rise=_rise(fit, best), fit=fit)
+
+
+def _named(alike: Sequence[RotorFit]) -> RotorFit:
+    """The simplest of those whose chi^2 differs from the least by no more than noise makes it differ."""
+    least = min(alike, key=_total)
+    equal = [f for f in alike if _rise(f, least) < _LIMITS.equal_chi2]
+    return min(equal, key=lambda f: DEFECTS.index(_defect_of(f)))
 
 
 def _total(fit: RotorFit) -> float:

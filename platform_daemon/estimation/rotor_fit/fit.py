@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError,
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .parameters import Defect, FreeParameter, free_parameters
-from .shot import RotorShot, chi2_of, linearised
+from .shot import Linearised, RotorShot, linearised
 
 LIMITS = THRESHOLDS.rigid_rotor
 
@@ -135,6 +135,7 @@ def fit_rotor(
     held: Sequence[str] = (),
     whole: bool = True,
     beside: RotorFit | None = None,
+    hopeless_chi2_per_dof: float = math.inf,
 ) -> RotorFit:
     """Fit shots of one specimen together.
 
@@ -145,10 +146,12 @@ def fit_rotor(
         first_window_s: of the windows that grow.
         held: names of parameters that are not free.
         beside: a fit with another defect; this one ends where a window's chi^2 rises too far above that one's.
+        hopeless_chi2_per_dof: of a window's residual, above which longer ones are not tried.
         whole: the window of the whole ring-down frees every parameter; False: only those that its length tells.
 
     Raises:
-        RotorFitError: the start values are far from any rotor, nothing is determined, or `beside` is far better.
+        RotorFitError: the start values are far from any rotor, nothing is determined, a window is not explained, or
+            `beside` is far better.
     """
     first = [s.values for s in shots]
     free = () if defect is None else (defect,)
@@ -160,6 +163,8 @@ def fit_rotor(
         if window_s == longest:
             break
         stages.append(Stage(window_s, tuple(values), sum(chi2)))
+        if sum(chi2) > hopeless_chi2_per_dof * sum(dof):
+            raise RotorFitError(f"no such rotor explains the first {window_s:.3g} s")
         if beside is not None:
             _still_alike(stages[-1], beside)
     try:
@@ -214,7 +219,7 @@ def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]
     size, _ = fit.strength
     assert fit.defect is not None
     layout = _Layout.of(fit.shots, (fit.defect, rival), (), math.inf)
-    matrix, *_ = _normal_equations(fit.shots, layout, fit.values, fit.window_s, pool)
+    matrix = _normal_equations(fit.shots, layout, fit.values, fit.window_s, pool).matrix
     matrix[np.diag_indices(layout.size)] += layout.prior(fit.values, fit.values)[0]
     gone = layout.place(fit.defect)
     others = [k for k in range(layout.size) if k != gone]
@@ -227,6 +232,21 @@ def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]
     return layout.moved(fit.values, step)
 
 
+@dataclass(frozen=True, eq=False)
+class _Normal:
+    """Normal equations of all shots at some values.
+
+    matrix: (size, size); gradient: (size,); chi2, counts: of each shot; by_shot: where they were linearised; these may
+    be values nearby.
+    """
+
+    matrix: Array
+    gradient: Array
+    chi2: list[float]
+    counts: list[int]
+    by_shot: list[Linearised]
+
+
 def _settled(
     shots: Sequence[RotorShot],
     layout: _Layout,
@@ -236,15 +256,18 @@ def _settled(
     settled_chi2: float,
     pool: Executor,
 ) -> tuple[list[RotorValues], Array, list[float], list[float]]:
-    """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more."""
+    """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more.
+
+    A step that does what the Jacobian says is followed by others with the same Jacobian, each at the cost of one motion.
+    """
     damping, grows = LIMITS.first_damping, LIMITS.damping_grows
+    normal = _normal_equations(shots, layout, values, window_s, pool)
     for _ in range(LIMITS.most_steps):
-        matrix, gradient, chi2, counts = _normal_equations(shots, layout, values, window_s, pool)
         weight, pull, known = layout.prior(values, first)
-        matrix[np.diag_indices(layout.size)] += weight
-        gradient += pull
-        total = sum(chi2) + known
-        moved, fall = False, 0.0
+        matrix = normal.matrix + np.diag(weight)
+        gradient = normal.gradient + pull
+        total = sum(normal.chi2) + known
+        moved, fall, expected = False, 0.0, 0.0
         while damping < LIMITS.most_damping:
             try:
                 step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), gradient)
@@ -254,7 +277,8 @@ def _settled(
             if expected < settled_chi2 and damping <= LIMITS.first_damping:
                 break
             trial = layout.moved(values, np.asarray(step, dtype=np.float64))
-            fall = total - _cost(shots, layout, trial, first, window_s)
+            left = _residuals(shots, trial, window_s)
+            fall = total - sum(float(r @ r) for r in left) - layout.prior(trial, first)[2] if left else -math.inf
             if fall > 0.0:
                 values, moved = trial, True
                 damping *= max(LIMITS.damping_falls, 1.0 - (2.0 * fall / expected - 1.0) ** 3)
@@ -263,30 +287,27 @@ def _settled(
             damping, grows = damping * grows, 2.0 * grows
         if not moved or fall < settled_chi2:
             break
+        if abs(fall - expected) < LIMITS.same_jacobian * expected:
+            normal = _moved(normal, layout, left)
+        else:
+            normal = _normal_equations(shots, layout, values, window_s, pool)
     own = layout.size / len(shots)
-    return values, matrix, chi2, [count - own for count in counts]
+    return values, matrix, normal.chi2, [count - own for count in normal.counts]
 
 
-def _cost(
-    shots: Sequence[RotorShot],
-    layout: _Layout,
-    values: Sequence[RotorValues],
-    first: Sequence[RotorValues],
-    window_s: float,
-) -> float:
-    """chi^2 with what was known beforehand; infinite where there is no such rotor."""
+def _residuals(shots: Sequence[RotorShot], values: Sequence[RotorValues], window_s: float) -> list[Array]:
+    """Of each shot, whitened; none where there is no such rotor."""
     try:
-        seen = sum(chi2_of(s, v, window_s) for s, v in zip(shots, values, strict=True))
+        return [s.residual(v, window_s)[0] for s, v in zip(shots, values, strict=True)]
     except (NoRestError, LostRotorError):
-        return math.inf
-    return seen + layout.prior(values, first)[2]
+        return []
 
 
 def _normal_equations(
     shots: Sequence[RotorShot], layout: _Layout, values: Sequence[RotorValues], window_s: float, pool: Executor
-) -> tuple[Array, Array, list[float], list[int]]:
-    """J^T J (size, size), J^T r (size,), chi^2 and number of residuals of each shot.  Raises RotorFitError."""
-    matrix, gradient, chi2, counts = np.zeros((layout.size, layout.size)), np.zeros(layout.size), [], []
+) -> _Normal:
+    """Linearised at the values.  Raises RotorFitError."""
+    by_shot, matrix, gradient = [], np.zeros((layout.size, layout.size)), np.zeros(layout.size)
     for shot, v, free, places in zip(shots, values, layout.free, layout.places, strict=True):
         try:
             found = linearised(shot, v, free, window_s, pool)
@@ -294,6 +315,13 @@ def _normal_equations(
             raise RotorFitError(str(error)) from None
         matrix[np.ix_(places, places)] += found.matrix
         gradient[list(places)] += found.gradient
-        chi2.append(found.chi2)
-        counts.append(found.count)
-    return matrix, gradient, chi2, counts
+        by_shot.append(found)
+    return _Normal(matrix, gradient, [one.chi2 for one in by_shot], [one.count for one in by_shot], by_shot)
+
+
+def _moved(normal: _Normal, layout: _Layout, residuals: Sequence[Array]) -> _Normal:
+    """With the Jacobians as they are and other residuals."""
+    gradient = np.zeros(layout.size)
+    for one, residual, places in zip(normal.by_shot, residuals, layout.places, strict=True):
+        gradient[list(places)] += one.columns @ residual.astype(np.float32)
+    return replace(normal, gradient=gradient, chi2=[float(r @ r) for r in residuals])

@@ -50,7 +50,7 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, movin
             )
         )
     common = [
-        FreeParameter(name="lambda_per_s", step=LIMITS.step_per_s, common=True, from_s=LIMITS.damping_from_s),
+        FreeParameter(name="lambda_per_s", step=LIMITS.step_per_s, sd=LIMITS.damping_sd_per_s, common=True),
         FreeParameter(
             name="side_damping_per_s",
             step=LIMITS.step_per_s,
