@@ -258,7 +258,7 @@ def _settled(
 ) -> tuple[list[RotorValues], Array, list[float], list[float]]:
     """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more.
 
-    A step that does what the Jacobian says is followed by others with the same Jacobian, each at the cost of one motion.
+    A step that does what the Jacobian says is followed by others with the same Jacobian, each for the cost of a motion.
     """
     damping, grows = LIMITS.first_damping, LIMITS.damping_grows
     normal = _normal_equations(shots, layout, values, window_s, pool)
