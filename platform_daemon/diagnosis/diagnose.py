@@ -185,7 +185,7 @@ def _diagnose(
     names = [s.name for s in shots]
     swings.sort(key=lambda s: names.index(s.shot.name))
     plane = plane_test(swings) if swings else None
-    if plane is not None and plane.leaves and (solved := _rotor(swings, model, pool)) is not None:
+    if plane is not None and plane.may_leave and (solved := _rotor(swings, model, plane, pool)) is not None:
         declared, rotor = solved
         return replace(
             _of_rotor(declared, plane, rotor, pool),
@@ -209,7 +209,7 @@ def _diagnose(
         found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, table, after, replaced, pool) if final.hypothesis.effects else ()
     verdict, doubts = assess_diagnosis(found, final, named, gaps, after)
-    if plane is not None and not plane.leaves and may_be_a_rotor(found.base, verdict):
+    if plane is not None and not plane.may_leave and may_be_a_rotor(found.base, verdict):
         rotor = manufacturing_error(found.base, pool)
         if rotor is not None and leaves_less(rotor, final, verdict):
             return replace(
@@ -271,12 +271,14 @@ def _diagnose(
 
 
 def _rotor(
-    prepared: Sequence[PreparedShot], model: RingDownModel, pool: Executor
+    prepared: Sequence[PreparedShot], model: RingDownModel, plane: PlaneTest, pool: Executor
 ) -> tuple[JointFit, ManufacturingError] | None:
     """The declared model's fit, and the manufacturing error that explains what it cannot; None if none does."""
     if any(s.shot.rotor is None for s in prepared):
         return None
     declared = fit_jointly(prepared, Hypothesis(model), pool)
+    if not plane.leaves and declared.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
+        return None
     rotor = manufacturing_error(declared, pool)
     return None if rotor is None else (declared, rotor)
 

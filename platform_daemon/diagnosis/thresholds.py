@@ -338,6 +338,7 @@ class RigidBody:
     """When a motion leaves its plane, and when a manufacturing error explains it."""
 
     plane_sigma: float = 8.0  # of the power along the main axis, in every shot [noise: 1e-15]
+    plane_hint_sigma: float = 2.5  # the same where one angle leaves more than noise [noise: 6e-3]
     plane_rate: float = 8.0  # samples per period that are left: side modes and three harmonics [unset]
     plane_from: float = 0.3  # of f_nat, from which on the noise's level is read [unset]
     plane_points: int = 24  # frequencies at which it is read [unset]
@@ -349,7 +350,7 @@ class RigidBody:
     # m/s of slip below which a jewel's contact creeps, held: free, it trades with the losses [physics]
     creep_m_per_s: float = 2e-3
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
-    rival_window_s: float = 0.2  # s of the windows that grow for look-alikes: the first, where all act alike [cost]
+    same_sigma: float = 1.0  # standard deviations by which two sizes of one error are the same minimum [unset]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
     # chi2/dof of one angle over 1 from which a jewel's error is sought in its plane: the noise's level is known so well

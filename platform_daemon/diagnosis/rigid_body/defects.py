@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +18,15 @@ from platform_daemon.estimation.least_squares.observation_model import DipoleObs
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
-from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, Stage, exchanged, fit_rotor, longest_s
+from platform_daemon.estimation.rotor_fit.fit import (
+    RotorFit,
+    RotorFitError,
+    Stage,
+    exchanged,
+    fit_rotor,
+    longest_s,
+    windows_s,
+)
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, HELD_WITH_A_DEFECT, Defect, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
@@ -136,10 +145,10 @@ def _with_error(value: float, std: float) -> str:
 def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | None:
     """The error that explains shots which leave their plane; None if none does, or if their drive is not known.
 
-    The first shot is fitted alone in windows that grow, with each error in turn; the others begin with what it found in
-    common, so that their ends are predicted from their beginnings; then all are fitted together, with the error that
-    explains it best and with those that it could not tell from that.  The least chi^2 has the name; where others are as
-    near to it as noise alone would set them apart, the first of them in `DEFECTS`, the simplest.
+    The first shot is fitted alone in windows that grow, with each error beside the others; the other shots begin with
+    what it found in common, so that their ends are predicted from their beginnings; then all are fitted together, with
+    the error that explains the first one best and with those that it could not tell from that.  The least chi^2 has the
+    name; where others are as near to it as noise alone would set them apart, the first in `DEFECTS`, the simplest.
     """
     shots = _rotor_shots(base)
     if not shots:
@@ -215,8 +224,29 @@ def _rotor_shots(base: JointFit) -> list[RotorShot]:
     return shots
 
 
-def _alone(shot: RotorShot, pool: Executor) -> RotorFit:
-    """One shot from the start, by the sign of the tilt that a short window prefers.  Raises RotorFitError."""
+@dataclass(frozen=True)
+class _Contestant:
+    """An error, with the fit of the last window and the windows before it."""
+
+    fit: RotorFit
+    stages: tuple[Stage, ...] = ()
+
+    @property
+    def defect(self) -> Defect:
+        """Its kind."""
+        return _defect_of(self.fit)
+
+    def among(self, others: Sequence[_Contestant]) -> bool:
+        """One of them is the same kind with the same size."""
+        size, std = self.fit.strength
+        return any(o.defect == self.defect and abs(o.fit.strength[0] - size) < _LIMITS.same_sigma * std for o in others)
+
+
+def _begun(shot: RotorShot, pool: Executor) -> list[RotorFit]:
+    """Fits of the first tenth of a second with the stator's tilt, of both signs if it tells no sign.
+
+    Raises RotorFitError.
+    """
     n = shot.count(_LIMITS.sign_window_s)
     tried = []
     for sign in (1.0, -1.0):
@@ -227,17 +257,8 @@ def _alone(shot: RotorShot, pool: Executor) -> RotorFit:
             continue
     if not tried:
         raise RotorFitError("a short window finds no rotor")
-    found = min(tried, key=_total).values[0]
-    # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
-    distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
-    begun = replace(shot, values=replace(found, distance_m=distance_m))
-    return fit_rotor(
-        [begun],
-        _TILT,
-        pool,
-        first_window_s=2.0 * _LIMITS.sign_window_s,
-        hopeless_chi2_per_dof=_LIMITS.explained_chi2_per_dof,
-    )
+    tried.sort(key=_total)
+    return [f for f in tried if _rise(f, tried[0]) < FIT_LIMITS.rigid_rotor.rival_chi2]
 
 
 def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) -> RotorFit:
@@ -260,25 +281,53 @@ def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) ->
 def _ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     """Fits of one shot with each defect that it cannot exclude, the best first.  Raises RotorFitError.
 
-    All of them act alike at first: the stator's tilt is tried in windows that grow from the start, the others in longer
-    ones from what it is to first order in their terms.
+    In a short window all of them act alike, and each begins as what the stator's tilt is to first order in its terms.
+    Windows grow, and what falls behind in one of them is given up.
     """
-    first = _alone(shot, pool)
-    fits = [first, *_rivals(first, [d for d in DEFECTS if d != _TILT], pool, first_window_s=_LIMITS.rival_window_s)]
-    fits.sort(key=_total)
-    return [fits[0], *(f for f in fits[1:] if _rise(f, fits[0]) < FIT_LIMITS.rigid_rotor.rival_chi2)]
+    known, starts = shot.values, list[tuple[Defect, RotorValues]]()
+    for begun in _begun(shot, pool):
+        # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
+        found = begun.values[0]
+        distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
+        known = replace(known, distance_m=distance_m)
+        starts.append((_TILT, replace(found, distance_m=distance_m)))
+        for other in DEFECTS:
+            if other != _TILT:
+                with suppress(RotorFitError):
+                    (there,) = exchanged(begun, other, pool)
+                    starts.append((other, replace(there, distance_m=distance_m)))
+    field: list[_Contestant] = []
+    longest = longest_s([shot])
+    for window_s in windows_s(2.0 * _LIMITS.sign_window_s, longest):
+        runners = [(c.defect, c.fit.values[0], c.stages) for c in field] or [(d, v, ()) for d, v in starts]
+        field = []
+        for defect, values, stages in runners:
+            part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=values)
+            try:
+                fit = fit_rotor([part], defect, pool, first_window_s=math.inf, whole=window_s == longest, known=[known])
+            except RotorFitError:
+                continue
+            one = _Contestant(fit, (*stages, Stage(window_s, fit.values, _total(fit))))
+            if not one.among(field):
+                field.append(one)
+        field.sort(key=lambda c: _total(c.fit))
+        if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
+            raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
+        field = [c for c in field if _rise(c.fit, field[0].fit) < FIT_LIMITS.rigid_rotor.rival_chi2]
+    best: dict[Defect, RotorFit] = {}
+    for c in field:
+        best.setdefault(c.defect, replace(c.fit, stages=c.stages[:-1]))
+    return list(best.values())
 
 
-def _rivals(
-    found: RotorFit, rivals: Sequence[Defect], pool: Executor, first_window_s: float = math.inf
-) -> list[RotorFit]:
+def _rivals(found: RotorFit, rivals: Sequence[Defect], pool: Executor) -> list[RotorFit]:
     """The same shots with other defects, as far as there are such rotors."""
     fits = []
     for rival in rivals:
         try:
             values = exchanged(found, rival, pool)
             begun = [replace(s, values=v) for s, v in zip(found.shots, values, strict=True)]
-            fits.append(fit_rotor(begun, rival, pool, first_window_s=first_window_s, beside=found))
+            fits.append(fit_rotor(begun, rival, pool, first_window_s=math.inf))
         except RotorFitError:
             continue
     return fits

@@ -134,8 +134,7 @@ def fit_rotor(
     first_window_s: float = LIMITS.first_window_s,
     held: Sequence[str] = (),
     whole: bool = True,
-    beside: RotorFit | None = None,
-    hopeless_chi2_per_dof: float = math.inf,
+    known: Sequence[RotorValues] | None = None,
 ) -> RotorFit:
     """Fit shots of one specimen together.
 
@@ -145,28 +144,24 @@ def fit_rotor(
         pool: for the columns of the Jacobian.
         first_window_s: of the windows that grow.
         held: names of parameters that are not free.
-        beside: a fit with another defect; this one ends where a window's chi^2 rises too far above that one's.
-        hopeless_chi2_per_dof: of a window's residual, above which longer ones are not tried.
-        whole: the window of the whole ring-down frees every parameter; False: only those that its length tells.
+        known: of each shot what is known beforehand, where that is not what the fit starts with.
+        whole: the window of the whole ring-down frees every parameter; False: only those that its length tells, and the
+            fit need not be settled to the last digit.
 
     Raises:
-        RotorFitError: the start values are far from any rotor, nothing is determined, a window is not explained, or
-            `beside` is far better.
+        RotorFitError: the start values are far from any rotor, or nothing is determined.
     """
-    first = [s.values for s in shots]
+    values: list[RotorValues] = [s.values for s in shots]
+    first = values if known is None else known
     free = () if defect is None else (defect,)
-    values, longest, stages = list(first), longest_s(shots), []
-    for window_s in _windows_s(first_window_s, longest):
+    longest, stages = longest_s(shots), list[Stage]()
+    for window_s in windows_s(first_window_s, longest):
         layout = _Layout.of(shots, free, held, window_s if window_s < longest or not whole else math.inf)
-        settled_chi2 = LIMITS.settled_chi2 if window_s < longest else LIMITS.found_chi2
+        settled_chi2 = LIMITS.settled_chi2 if window_s < longest or not whole else LIMITS.found_chi2
         values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, settled_chi2, pool)
         if window_s == longest:
             break
         stages.append(Stage(window_s, tuple(values), sum(chi2)))
-        if sum(chi2) > hopeless_chi2_per_dof * sum(dof):
-            raise RotorFitError(f"no such rotor explains the first {window_s:.3g} s")
-        if beside is not None:
-            _still_alike(stages[-1], beside)
     try:
         covariance = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
@@ -194,20 +189,13 @@ def fit_rotor(
     )
 
 
-def _windows_s(first_s: float, longest_s: float) -> list[float]:
+def windows_s(first_s: float, longest_s: float) -> list[float]:
     """They grow to the share from which the rest is predicted, and then to the whole."""
     found, share_s = [], LIMITS.predicting_share * longest_s
     while first_s * math.sqrt(LIMITS.window_growth) < share_s:
         found.append(first_s)
         first_s *= LIMITS.window_growth
     return [*found, *([share_s] if found else []), longest_s]
-
-
-def _still_alike(stage: Stage, beside: RotorFit) -> None:
-    """Raises RotorFitError."""
-    other = next((s for s in beside.stages if math.isclose(s.window_s, stage.window_s)), None)
-    if other is not None and stage.chi2 - other.chi2 > LIMITS.rival_chi2 * max(1.0, beside.chi2_per_dof):
-        raise RotorFitError(f"{beside.defect} explains the first {stage.window_s:.3g} s better")
 
 
 def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]:
