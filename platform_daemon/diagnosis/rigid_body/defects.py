@@ -154,7 +154,7 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
     if not shots:
         return None
     try:
-        ranked = _ranked(shots[0], pool)
+        ranked = ranked(shots[0], pool)
         fits = _each(shots, ranked[0], pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
@@ -278,7 +278,7 @@ def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) ->
     return fit_rotor([replace(shot, values=values)], found.defect, pool, held=common)
 
 
-def _ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
+def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     """Fits of one shot with each defect that it cannot exclude, the best first.  Raises RotorFitError.
 
     In a short window all of them act alike, and each begins as what the stator's tilt is to first order in its terms.
