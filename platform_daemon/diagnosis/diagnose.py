@@ -210,14 +210,14 @@ def _diagnose(
     named = accepted_effects(found, table, after, replaced, pool) if final.hypothesis.effects else ()
     verdict, doubts = assess_diagnosis(found, final, named, gaps, after)
     if plane is not None and not plane.may_leave and may_be_a_rotor(found.base, verdict):
-        rotor = manufacturing_error(found.base, pool)
-        if rotor is not None and leaves_less(rotor, final, verdict):
+        beside = manufacturing_error(found.base, pool)
+        if beside is not None and leaves_less(beside, final, verdict):
             return replace(
-                _of_rotor(found.base, plane, rotor, pool),
+                _of_rotor(found.base, plane, beside, pool),
                 shots=tuple(shots),
                 refused=tuple(refused),
                 integrity=(*defects, *flawed, *gaps),
-                notes=(*remarks, *test(found.base), *rotor_notes(rotor)),
+                notes=(*remarks, *test(found.base), *rotor_notes(beside)),
                 seconds=time.perf_counter() - began_s,
             )
     tentative, why_not = _not_accepted(found, final, named, doubts) if verdict == "unexplained" else ((), "")

@@ -154,17 +154,17 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
     if not shots:
         return None
     try:
-        ranked = ranked(shots[0], pool)
-        fits = _each(shots, ranked[0], pool)
+        of_first = ranked(shots[0], pool)
+        fits = _each(shots, of_first[0], pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
-            together += _rivals(together[0], [_defect_of(f) for f in ranked[1:]], pool)
+            together += _rivals(together[0], [_defect_of(f) for f in of_first[1:]], pool)
         else:
-            together = ranked
+            together = of_first
         alike = _as_good(together)
         best = _named(alike)
-        if best.defect != ranked[0].defect:
-            fits = _each(shots, next(f for f in ranked if f.defect == best.defect), pool)
+        if best.defect != of_first[0].defect:
+            fits = _each(shots, next(f for f in of_first if f.defect == best.defect), pool)
         held_out = _held_out(fits)
     except RotorFitError:
         return None
