@@ -78,14 +78,12 @@ class _Layout:
     size: int
 
     @classmethod
-    def of(cls, shots: Sequence[RotorShot], defects: Iterable[Defect], held: Sequence[str], window_s: float) -> _Layout:
+    def of(cls, shots: Sequence[RotorShot], defects: Iterable[Defect], held: Sequence[str]) -> _Layout:
         free, places, shared, size = [], [], dict[str, int](), 0
         defects = tuple(defects)
         for shot in shots:
             of_shot = tuple(
-                p
-                for p in free_parameters(shot.geometry, defects, moving=shot.moving)
-                if p.name not in held and p.from_s <= window_s
+                p for p in free_parameters(shot.geometry, defects, moving=shot.moving) if p.name not in held
             )
             here = []
             for p in of_shot:
@@ -145,18 +143,17 @@ def fit_rotor(
         first_window_s: of the windows that grow.
         held: names of parameters that are not free.
         known: of each shot what is known beforehand, where that is not what the fit starts with.
-        whole: the window of the whole ring-down frees every parameter; False: only those that its length tells, and the
-            fit need not be settled to the last digit.
+        whole: the last window is the whole ring-down; False: it is one of those that grow, so that the fit need not be
+            settled to the last digit.
 
     Raises:
         RotorFitError: the start values are far from any rotor, or nothing is determined.
     """
     values: list[RotorValues] = [s.values for s in shots]
     first = values if known is None else known
-    free = () if defect is None else (defect,)
+    layout = _Layout.of(shots, () if defect is None else (defect,), held)
     longest, stages = longest_s(shots), list[Stage]()
     for window_s in windows_s(first_window_s, longest):
-        layout = _Layout.of(shots, free, held, window_s if window_s < longest or not whole else math.inf)
         settled_chi2 = LIMITS.settled_chi2 if window_s < longest or not whole else LIMITS.found_chi2
         values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, settled_chi2, pool)
         if window_s == longest:
@@ -206,7 +203,7 @@ def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]
     """
     size, _ = fit.strength
     assert fit.defect is not None
-    layout = _Layout.of(fit.shots, (fit.defect, rival), (), math.inf)
+    layout = _Layout.of(fit.shots, (fit.defect, rival), ())
     matrix = _normal_equations(fit.shots, layout, fit.values, fit.window_s, pool).matrix
     matrix[np.diag_indices(layout.size)] += layout.prior(fit.values, fit.values)[0]
     gone = layout.place(fit.defect)
