@@ -248,11 +248,14 @@ def _begun(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     Raises RotorFitError.
     """
     n = shot.count(_LIMITS.sign_window_s)
+    # One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth.
+    held = ("distance_m", "friction_coefficient") if shot.geometry.bearing == "jewel" else ()
     tried = []
     for sign in (1.0, -1.0):
         begun = replace(shot, values=shot.values.with_numbers({_TILT: sign * _LIMITS.start_rad}))
         try:
-            tried.append(fit_rotor([replace(begun, samples=shot.samples[:, :n])], _TILT, pool, whole=False))
+            part = replace(begun, samples=shot.samples[:, :n])
+            tried.append(fit_rotor([part], _TILT, pool, first_window_s=math.inf, whole=False, held=held))
         except RotorFitError:
             continue
     if not tried:

@@ -222,7 +222,7 @@ class _Normal:
     """Normal equations of all shots at some values.
 
     matrix: (size, size); gradient: (size,); chi2, counts: of each shot; by_shot: where they were linearised; these may
-    be values nearby.
+    be values nearby; fresh: they are these.
     """
 
     matrix: Array
@@ -230,6 +230,7 @@ class _Normal:
     chi2: list[float]
     counts: list[int]
     by_shot: list[Linearised]
+    fresh: bool = True
 
 
 def _settled(
@@ -244,6 +245,8 @@ def _settled(
     """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more.
 
     A step that does what the Jacobian says is followed by others with the same Jacobian, each for the cost of a motion.
+    Steps bend as the valley does, to second order (geodesic acceleration, Transtrum and Sethna, arXiv:1201.5885): along
+    it a jewel's f_nat goes with the square of its tilt.
     """
     damping, grows = LIMITS.first_damping, LIMITS.damping_grows
     normal = _normal_equations(shots, layout, values, window_s, pool)
@@ -261,6 +264,11 @@ def _settled(
             expected = float(2.0 * gradient @ step - step @ matrix @ step)
             if expected < settled_chi2 and damping <= LIMITS.first_damping:
                 break
+            bend = _bend(shots, layout, values, normal, step, window_s) if normal.fresh else None
+            if bend is not None:
+                turn = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), bend)
+                if turn @ matrix @ turn < LIMITS.most_bend**2 * (step @ matrix @ step):
+                    step = step + 0.5 * turn
             trial = layout.moved(values, np.asarray(step, dtype=np.float64))
             left = _residuals(shots, trial, window_s)
             fall = total - sum(float(r @ r) for r in left) - layout.prior(trial, first)[2] if left else -math.inf
@@ -270,7 +278,7 @@ def _settled(
                 grows = LIMITS.damping_grows
                 break
             damping, grows = damping * grows, 2.0 * grows
-        if not moved or fall < settled_chi2:
+        if not moved or (fall < settled_chi2 and damping <= LIMITS.first_damping):
             break
         if abs(fall - expected) < LIMITS.same_jacobian * expected:
             normal = _moved(normal, layout, left)
@@ -309,4 +317,25 @@ def _moved(normal: _Normal, layout: _Layout, residuals: Sequence[Array]) -> _Nor
     gradient = np.zeros(layout.size)
     for one, residual, places in zip(normal.by_shot, residuals, layout.places, strict=True):
         gradient[list(places)] += one.columns @ residual.astype(np.float32)
-    return replace(normal, gradient=gradient, chi2=[float(r @ r) for r in residuals])
+    return replace(normal, gradient=gradient, chi2=[float(r @ r) for r in residuals], fresh=False)
+
+
+def _bend(
+    shots: Sequence[RotorShot],
+    layout: _Layout,
+    values: Sequence[RotorValues],
+    normal: _Normal,
+    step: Array,
+    window_s: float,
+) -> Array | None:
+    """-J^T d2 model/ds2 along a step, (size,); None where there is no such rotor."""
+    share = LIMITS.probed_share
+    left = _residuals(shots, layout.moved(values, share * step), window_s)
+    if not left:
+        return None
+    out = np.zeros(layout.size)
+    for one, residual, places in zip(normal.by_shot, left, layout.places, strict=True):
+        straight = one.columns.T @ step[list(places)].astype(np.float32)
+        second = (2.0 / share) * ((one.residual - residual) / share - straight)
+        out[list(places)] -= one.columns @ second.astype(np.float32)
+    return out

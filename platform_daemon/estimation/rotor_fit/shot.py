@@ -70,7 +70,7 @@ class RotorShot:
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """Normal equations of one shot at some values: J^T J, J^T r, r^T r, the number of residuals, and J^T itself.
+    """Normal equations of one shot at some values: J^T J, J^T r, r^T r, the number of residuals, J^T and r.
 
     columns: (free, residuals) float32: its rounding moves a minimum by 1e-4 of a standard error.
     """
@@ -80,6 +80,7 @@ class Linearised:
     chi2: float
     count: int
     columns: Array
+    residual: Array
 
 
 def linearised(
@@ -102,4 +103,5 @@ def linearised(
         float(residual @ residual),
         residual.size,
         columns.astype(np.float32),
+        residual,
     )

@@ -56,13 +56,11 @@ class RigidRotorThresholds:
     distance_sd_m: float = tuned(
         5e-5, "m", "of the magnets' distance by the drawing: 3 % of the stator's moment by its grade and temperature"
     )
-    distance_from_s: float = tuned(0.5, "s", "window from which on it is free: in short ones it runs away", START)
     damping_sd_per_s: float = tuned(
         0.5, "1/s", "of lambda: some times that of such resonators, which only keeps the shortest windows from nonsense"
     )
     side_damping_sd_per_s: float = tuned(30.0, "1/s", "how well that is known")
     friction_coefficient_sd: float = tuned(0.05, "1", "of mu by the materials")
-    damping_from_s: float = tuned(0.15, "s", "window from which on that of the side modes is free", START)
     rival_chi2: float = tuned(25.0, "1", "rise of chi^2 in a window at which another defect is given up")
     first_window_s: float = tuned(0.05, "s", "of the windows that grow; each is twice the one before")
     predicting_share: float = tuned(0.7, "1", "of the ring-down: the last window but one, which predicts the rest")
@@ -70,6 +68,10 @@ class RigidRotorThresholds:
     most_steps: int = tuned(40, "steps", "of Gauss-Newton in a window")
     same_jacobian: float = tuned(
         0.1, "1", "by which the fall of chi^2 may differ from what a Jacobian said for the next step to use it again"
+    )
+    probed_share: float = tuned(0.1, "1", "of a step, at which its bend is read (Transtrum and Sethna)")
+    most_bend: float = tuned(
+        0.75, "1", "of a step, that it bends at most; beyond, second order says nothing (likewise)"
     )
     first_damping: float = tuned(1e-3, "1", "of the step, relative to the diagonal")
     damping_grows: float = tuned(4.0, "1", "by which it grows after a failure, twice as much after the next one")
