@@ -19,7 +19,7 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation, rotation_from_rodrigues
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.result import FitResult
-from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor
+from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor, with_errors_of_held
 from platform_daemon.estimation.rotor_fit.shot import RotorContext, RotorShot
 from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.schema import AdoptedRotorRecord
@@ -68,6 +68,9 @@ def _refined(
     try:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             fit = fit_rotor([shot], None, pool, held=held)
+            if error.covariance is not None:
+                spread = np.array(error.covariance.matrix)
+                fit = with_errors_of_held(fit, error.covariance.parameters, spread, pool)
     except RotorFitError as failed:
         return FitResult("refused", reason=f"rotor: {failed} ({error.id} {error.strength:.4g} is held)")
     return replace(_result(start, fit, error), seconds=start.seconds + time.perf_counter() - began)
@@ -118,6 +121,7 @@ def _result(start: FitResult, fit: RotorFit, error: AdoptedRotorRecord) -> FitRe
     squares = float(np.sum(left**2))
     by_channel = np.mean((left / shot.sd[:, None]) ** 2, axis=1)
     held = f"{error.id} {error.strength:.6g}"
+    of_held = "without" if error.covariance is None else "with"
     return replace(
         start,
         parameters={name: own.get(name, old) for name, old in start.parameters.items()},
@@ -125,7 +129,7 @@ def _result(start: FitResult, fit: RotorFit, error: AdoptedRotorRecord) -> FitRe
         covariance_names=(*names, *RODRIGUES),
         notes=(
             *start.notes,
-            f"a rotor of five degrees of freedom with {held} held; errors are without those of what is held; "
+            f"a rotor of five degrees of freedom with {held} held; errors are {of_held} those of what is held; "
             "phi_max and psi are those of one angle",
         ),
         warnings=(),
