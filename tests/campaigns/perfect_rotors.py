@@ -94,9 +94,9 @@ def document(found: Sequence[Fitted], rx_s: float) -> str:
         [
             "# Fits of rigid rotors without a manufacturing error",
             "",
-            f"Drawn friction (0.8 to 1.2 times the shipped one) and field (30 to 100 % of the paper's thresholds), {rx_s:g} s",
-            f"each, through the whole simulated chain. `python -m {__spec__.name} {' '.join(sys.argv[1:])}`".rstrip()
-            + " wrote this page.",
+            "Drawn friction (0.8 to 1.2 times the shipped one) and field (30 to 100 % of the paper's thresholds),",
+            f"{rx_s:g} s each, through the whole simulated chain; the jewel also by the law of friction without the",
+            f"rotor's weight. `python -m {__spec__.name} {' '.join(sys.argv[1:])}`".rstrip() + " wrote this page.",
             "",
             *shares(found),
             "",

@@ -10,8 +10,8 @@ from drivers.specimen import Specimen
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.physics.models import JEWEL, THREAD
-from platform_daemon.estimation.physics.ring_down import RingDown
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
+from platform_daemon.estimation.physics.ring_down import RingDown
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.features.fit.fit_request import FitRequest
 from platform_daemon.features.fit.known_weight import weight_over_pull
