@@ -33,7 +33,7 @@ from platform_daemon.features.models.resolve import notes_of
 from .calibrated import FrameSignal, calibrated_signal, reason_of
 from .derived import frame_quantities, series_quantities
 from .fit_request import FitRequest
-from .fit_with_rotor import Refinement, unchanged, with_rotor
+from .fit_with_rotor import HOLDABLE, Refinement, unchanged, with_rotor
 from .frames import chosen_frames
 from .known_moment import implausible_moment
 from .measurement import Measurement, VoltageMeasurement
@@ -122,10 +122,11 @@ def _refinement(measurement: Measurement, k: int, ask: FitRequest) -> Refinement
     if not isinstance(measurement, VoltageMeasurement):
         why, remedy = "an angle tells nothing of the drive and of the other four degrees", f"fit {ask.model.base}"
         raise RecordingError(f"{ask.label} cannot be used here", where=str(measurement.path), why=why, remedy=remedy)
-    if ask.fixed or ask.hold_if_inseparable:
-        why, remedy = "beside what was adopted, the rotor's fit holds nothing", "leave --fix and --hint out"
+    if ask.hold_if_inseparable or not {*(ask.fixed or {})} <= {*HOLDABLE}:
+        why = f"beside what was adopted, the rotor's fit holds only {', '.join(HOLDABLE)}, and always"
+        remedy = "leave --hint and other names of --fix out"
         raise InputError(f"{ask.label} cannot be used here", where="fixed", why=why, remedy=remedy)
-    return with_rotor(measurement.recording, k, ask.model)
+    return with_rotor(measurement.recording, k, ask.model, ask.fixed or {})
 
 
 def fit_measurement(

@@ -77,6 +77,11 @@ class FitRequest:
         return model_of(self.model).under_weight(self.weight_over_pull)
 
     @property
+    def of_rotor(self) -> bool:
+        """The model holds a manufacturing error: fits take a rotor of five degrees of freedom."""
+        return isinstance(self.model, AdoptedModel) and self.model.rotor is not None
+
+    @property
     def one_angle(self) -> FitRequest:
         """The same without a manufacturing error: where the fit of a rotor starts, and whose parameters it has."""
         model = self.model
