@@ -1,7 +1,7 @@
 """Fits of rigid rotors without any manufacturing error: are f_nat, m_r, lambda and T_f/I true within their errors?
 
 Friction and field are drawn; each shot goes through the whole simulated receive chain and is fitted over N50 and D30,
-by the equation of motion with the weight of the rotor and without it.
+by one angle: with the weight of the rotor, and errors that contain what the side modes do; with the weight; without.
 python -m tests.campaigns.perfect_rotors [--page FILE]
 """
 
@@ -15,17 +15,26 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from drivers.specimen import Specimen
 from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import estimate_noise
+from platform_daemon.estimation.one_angle_error import with_one_angle_error
 from platform_daemon.estimation.physics.models import model_named
+from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
+from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
+from platform_daemon.estimation.rotor_fit.shot import RotorContext
 from platform_daemon.estimation.screening.windows import Window
 from platform_daemon.features.fit.calibrated import calibrated_signal
 from platform_daemon.features.fit.known_weight import weight_over_pull
+from platform_daemon.features.fit.rotor_context import rotor_geometry
 from tests.campaigns.defect_study import CONSTANTS, SURE, Case, drawn, resonator_text
-from tests.kit.simulated_bench import CLOCK, Bench
+from tests.kit.simulated_bench import CLOCK, SWITCH, TX, Bench
 
+PERIODS = 10  # of the drive
 WINDOWS: tuple[Window, ...] = ("n50", "d30")
-LAWS = ("with the weight", "without it")
+LAWS = ("with weight and side modes", "with the weight", "without it")
 
 
 @dataclass(frozen=True)
@@ -47,21 +56,40 @@ class Fitted:
 
 
 def fits(case: Case, rx_s: float) -> Iterator[Fitted]:
-    """One shot, fitted over both windows by both laws; of a thread, which has no friction, by one."""
+    """One shot, fitted over both windows by all laws; of a thread, whose contact does not slip, by one."""
     specimen = Specimen.model_validate(tomllib.loads(resonator_text(case)))
     bench = Bench(None, seed=case.seed)
     bench.backend.mount(specimen)
     samples = int(rx_s * CLOCK.rate_hz)
-    volts = bench.shot(1e-6 * case.field_ut, rx=samples, chunk=samples)[:, -samples:]
+    volts = bench.shot(1e-6 * case.field_ut, rx=samples, chunk=samples, periods=PERIODS)[:, -samples:]
     truth = bench.truth()
-    record = calibrated_signal(volts, CLOCK.rate_hz, bench.calibration).record
+    signal = calibrated_signal(volts, CLOCK.rate_hz, bench.calibration)
+    record, noise, known = signal.record, estimate_noise(signal.record), context(specimen, case)
     for window in WINDOWS:
-        for law in LAWS[: 2 if case.bearing == "jewel" else 1]:
-            share = weight_over_pull(specimen) if law == LAWS[0] else 0.0
-            fit = fit_ring_down(record, model_named(case.bearing).under_weight(share), window)
+        for law in LAWS if case.bearing == "jewel" else LAWS[1:2]:
+            model = model_named(case.bearing).under_weight(0.0 if law == LAWS[2] else weight_over_pull(specimen))
+            fit = fit_ring_down(record, model, window, noise=noise)
+            if law == LAWS[0]:
+                fit = with_one_angle_error(fit, record, noise, model, known)
             found = {name: fit.parameters[name] for name in CONSTANTS if name in fit.parameters}
             off = {name: (e.value - truth[name]) / e.std for name, e in found.items() if e.std is not None}
             yield Fitted(case, window, law, fit.window_s, fit.chi2_per_dof, off, fit.reason)
+
+
+def context(specimen: Specimen, case: Case) -> RotorContext:
+    """What a recording of such a shot would tell of rotor and drive."""
+    return RotorContext(
+        geometry=rotor_geometry(specimen),
+        drive=CoilDrive(
+            field_t=(1e-6 * case.field_ut, 0.0, 0.0),
+            frequency_hz=PERIODS * CLOCK.rate_hz / TX,
+            phase_rad=0.0,
+            duration_s=TX / CLOCK.rate_hz,
+            rx_start_s=(TX + SWITCH) / CLOCK.rate_hz,
+        ),
+        rotation=rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad)),
+        moving=False,
+    )
 
 
 def row(found: Fitted) -> str:
@@ -95,8 +123,9 @@ def document(found: Sequence[Fitted], rx_s: float) -> str:
             "# Fits of rigid rotors without a manufacturing error",
             "",
             "Drawn friction (0.8 to 1.2 times the shipped one) and field (30 to 100 % of the paper's thresholds),",
-            f"{rx_s:g} s each, through the whole simulated chain; the jewel also by the law of friction without the",
-            f"rotor's weight. `python -m {__spec__.name} {' '.join(sys.argv[1:])}`".rstrip() + " wrote this page.",
+            f"{rx_s:g} s each, through the whole simulated chain; the jewel also with errors that lack what its side modes do,",
+            f"and by the law of friction without the rotor's weight. `python -m {__spec__.name} {' '.join(sys.argv[1:])}`".rstrip()
+            + " wrote this page.",
             "",
             *shares(found),
             "",
@@ -126,7 +155,9 @@ def main() -> int:
     print("\n".join(shares(found)))
     if asked.page:
         asked.page.write_text(document(found, asked.rx_s), encoding="utf-8")
-    return 0 if all(f.right for f in found if f.law == LAWS[0]) else 1
+    return (
+        0 if all(f.right for f in found if f.law != LAWS[2] and (f.case.bearing == "thread" or f.law == LAWS[0])) else 1
+    )
 
 
 if __name__ == "__main__":

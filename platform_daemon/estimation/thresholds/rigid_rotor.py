@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from .tuned import tuned
 
+STUDY = "tests/campaigns/perfect_rotors.py"
 START = "tests/estimation/rotor_fit/test_fit.py"
 AGREEMENT = "tests/estimation/physics/rigid_rotor/test_rotor.py"
 
@@ -35,6 +36,12 @@ class RigidRotorThresholds:
     )
     creep_spin_rad_per_s: float = tuned(
         3e-4, "rad/s", "spin below which a jewel's contact creeps: a millionth of the main mode's speed"
+    )
+
+    # What one angle leaves out: one_angle_error
+    usual_side_damping_per_s: float = tuned(5.0, "1/s", "of side modes where no fit tells it", STUDY)
+    usual_creep_m_per_s: float = tuned(
+        2e-3, "m/s", "slip below which a jewel's contact creeps, which no fit tells from the losses", STUDY
     )
 
     # Least squares: rotor_fit

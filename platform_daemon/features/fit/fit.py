@@ -25,6 +25,7 @@ from platform_daemon.estimation.calibration.uncertainty import systematic_std
 from platform_daemon.estimation.calibration.validity import ShotConditions, out_of_validity
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.series import SeriesNoise
+from platform_daemon.estimation.one_angle_error import with_one_angle_error
 from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.estimation.result import FitResult
 from platform_daemon.features.models.adopted_model import AdoptedModel
@@ -37,6 +38,7 @@ from .fit_with_rotor import HOLDABLE, Refinement, unchanged, with_rotor
 from .frames import chosen_frames
 from .known_moment import implausible_moment
 from .measurement import Measurement, VoltageMeasurement
+from .rotor_context import rotor_context
 from .series.summary import summary
 
 FittedFrame = tuple[FrameFit, PlatformError | None]
@@ -116,9 +118,12 @@ def fit_frame_of(measurement: Measurement, k: int, ask: FitRequest) -> FitResult
 
 
 def _refinement(measurement: Measurement, k: int, ask: FitRequest) -> Refinement:
-    """What a model with a manufacturing error makes of the fit of one angle.  Raises RecordingError."""
+    """What is made of the fit of one angle: that of a rotor with a manufacturing error, or its errors are widened.
+
+    Raises RecordingError.
+    """
     if not isinstance(ask.model, AdoptedModel) or ask.model.rotor is None:
-        return unchanged
+        return _with_side_modes(measurement, k, ask)
     if not isinstance(measurement, VoltageMeasurement):
         why, remedy = "an angle tells nothing of the drive and of the other four degrees", f"fit {ask.model.base}"
         raise RecordingError(f"{ask.label} cannot be used here", where=str(measurement.path), why=why, remedy=remedy)
@@ -127,6 +132,16 @@ def _refinement(measurement: Measurement, k: int, ask: FitRequest) -> Refinement
         remedy = "leave --hint and other names of --fix out"
         raise InputError(f"{ask.label} cannot be used here", where="fixed", why=why, remedy=remedy)
     return with_rotor(measurement.recording, k, ask.model, ask.fixed or {})
+
+
+def _with_side_modes(measurement: Measurement, k: int, ask: FitRequest) -> Refinement:
+    """Errors with what one angle leaves out of a jewel's rotor, where it has a weight and its drive is known."""
+    if not ask.weight_over_pull or not isinstance(measurement, VoltageMeasurement) or measurement.calibration is None:
+        return unchanged
+    known, model = rotor_context(measurement.recording, k), ask.ring_down_model
+    if known is None:
+        return unchanged
+    return lambda record, noise, fit: with_one_angle_error(fit, record, noise, model, known)
 
 
 def fit_measurement(
