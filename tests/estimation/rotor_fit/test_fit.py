@@ -4,10 +4,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from platform_daemon.diagnosis.thresholds import THRESHOLDS as DIAGNOSIS_LIMITS
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
 from platform_daemon.estimation.rotor_fit.fit import RotorFitError, exchanged, fit_rotor, with_errors_of_held
 from platform_daemon.estimation.rotor_fit.parameters import free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
+from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 from tests.kit.estimated_rotors import true_rotor
 from tests.kit.rigid_rotors import rigid_specimen
 
@@ -77,6 +79,10 @@ def test_a_start_beyond_any_rotor_is_refused_in_words(pool):
     shot, truth = tilted(3)
     with pytest.raises(RotorFitError, match=r"balance nowhere|cannot be followed"):
         fit_rotor([replace(shot, values=replace(truth, stator_tilt_rad=1.5))], "stator_tilt_rad", pool)
+
+
+def test_the_last_window_but_one_ends_where_the_diagnosis_splits_a_single_shot():
+    assert FIT_LIMITS.rigid_rotor.predicting_share == DIAGNOSIS_LIMITS.regression.split_share
 
 
 def test_a_thread_has_no_friction_and_a_shot_after_another_has_its_swing():
