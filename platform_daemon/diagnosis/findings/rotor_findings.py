@@ -60,6 +60,7 @@ def rotor_effect(rotor: ManufacturingError, held_out_gain: float) -> AcceptedEff
         log_p=log_chance(gain, 1, float(len(DEFECTS))),
         held_out_gain=held_out_gain,
         confounders=tuple(Confounder(candidate=Candidate(a.effect), rise=a.rise, gain=gain) for a in rotor.alike),
+        covariance=rotor.covariance,
     )
 
 

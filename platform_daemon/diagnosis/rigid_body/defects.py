@@ -124,6 +124,14 @@ class ManufacturingError:
         return {name: getattr(values, name) for name in HELD_WITH_A_DEFECT}
 
     @property
+    def covariance(self) -> tuple[tuple[str, ...], Array]:
+        """Of the error and of what is held beside it, as far as it was estimated: names of the rows, (names, names)."""
+        places = self.fit.places[0]
+        names = tuple(name for name in (_defect_of(self.fit), *HELD_WITH_A_DEFECT) if name in places)
+        rows = [places[name] for name in names]
+        return names, self.fit.covariance[np.ix_(rows, rows)]
+
+    @property
     def in_words(self) -> str:
         """stator tilted by 2.030(12) deg about v."""
         return _in_words(self.effect, self.strength, self.std)

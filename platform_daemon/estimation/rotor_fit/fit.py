@@ -17,7 +17,7 @@ from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
-from .parameters import Defect, FreeParameter, free_parameters
+from .parameters import DEFECTS, Defect, FreeParameter, free_parameters
 from .shot import Linearised, RotorShot, linearised
 
 LIMITS = THRESHOLDS.rigid_rotor
@@ -183,6 +183,37 @@ def fit_rotor(
             for free, places in zip(layout.free, layout.places, strict=True)
         ),
         stages=tuple(stages),
+    )
+
+
+def with_errors_of_held(fit: RotorFit, names: Sequence[str], covariance: Array, pool: Executor) -> RotorFit:
+    """The fit with errors that contain those of parameters that it held: by how much these move the free ones.
+
+    Args:
+        fit: with all of `names` held.
+        names: of parameters that `free_parameters` knows.
+        covariance: theirs, (names, names), from a fit of other data.
+        pool: for the columns of the Jacobian.
+
+    To first order, d free / d held = -(J^T J + prior)^-1 J^T J_held.
+
+    Raises RotorFitError.
+    """
+    cross = np.zeros((len(fit.covariance), len(names)))
+    for shot, values, places in zip(fit.shots, fit.values, fit.places, strict=True):
+        known = {p.name: p for p in free_parameters(shot.geometry, DEFECTS, moving=shot.moving)}
+        try:
+            found = linearised(shot, values, [known[name] for name in (*places, *names)], fit.window_s, pool)
+        except (NoRestError, LostRotorError) as error:
+            raise RotorFitError(str(error)) from None
+        cross[list(places.values())] += found.matrix[: len(places), len(places) :]
+    follow = fit.covariance @ cross / max(1.0, fit.chi2_per_dof)
+    whole = np.asarray(fit.covariance + follow @ covariance @ follow.T)
+    std = np.sqrt(np.abs(np.diag(whole)))
+    return replace(
+        fit,
+        covariance=whole,
+        std=tuple({name: float(std[k]) for name, k in places.items()} for places in fit.places),
     )
 
 
