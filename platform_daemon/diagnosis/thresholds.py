@@ -353,8 +353,8 @@ class RigidBody:
     same_sigma: float = 1.0  # standard deviations by which two sizes of one error are the same minimum [unset]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
-    # chi2/dof of one angle over 1 from which a jewel's error is sought in its plane: the noise's level is known so well
-    excess: float = 0.005  # [unset]
+    # chi2/dof of one angle above 1 from which an error is sought in the plane: so well is the noise known [unset]
+    excess: float = 0.005
     excess_sigma: float = 5.0  # the same, in standard deviations of chi2/dof [noise: 3e-7]
     equal_chi2: float = 1.0  # difference of chi^2 by which an error is not preferred to a simpler one [noise: 0.3]
 
