@@ -6,7 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.rigid_body.defects import ranked
+from platform_daemon.diagnosis.findings.rotor_parting import parting
+from platform_daemon.diagnosis.rigid_body.defects import (
+    LATERAL_DISPLACEMENT,
+    STATOR_TILT,
+    Alike,
+    HeldOutRotor,
+    ManufacturingError,
+    ranked,
+)
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
 from platform_daemon.estimation.rotor_fit.fit import RotorFitError
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
@@ -70,3 +78,29 @@ def test_what_no_rotor_explains_gets_no_error(pool):
     beating = shot.samples * (1.0 + 0.5 * np.cos(2.0 * np.pi * 7.0 * time_s))
     with pytest.raises(RotorFitError, match="no manufacturing error explains the first"):
         ranked(replace(shot, samples=beating), pool)
+
+
+def named(best, rival):
+    """The stator's tilt of one fit, which acts as the displacement of another one."""
+    rise = sum(rival.chi2) - sum(best.chi2)
+    return ManufacturingError(
+        effect=STATOR_TILT,
+        strength=best.strength[0],
+        std=best.strength[1],
+        alike=(Alike(effect=LATERAL_DISPLACEMENT, strength=0.0, std=1.0, rise=rise, fit=rival),),
+        fit=best,
+        held_out=HeldOutRotor(chi2=(1.0,), dof=(1.0,), squares=(1.0,), energy=(1.0,)),
+        before_chi2=0.0,
+        parameters={},
+    )
+
+
+def test_measurements_that_would_part_two_errors_are_weighed_by_their_rotors(pool):
+    fits = {f.defect: f for f in ranked(shot_with({"stator_tilt_rad": 0.01}), pool)}
+    tilt, moved = fits["stator_tilt_rad"], fits["lateral_displacement_m"]
+    found = {p.measurement.key: p for p in parting(named(tilt, moved), pool)}
+    assert {"more_shots", "twice_the_field", "second_amplitude", "longer_window", "on_its_side"} == set(found)
+    assert found["twice_the_field"].expected_sigma > found["second_amplitude"].expected_sigma
+    assert found["on_its_side"].separates == ("stator_tilt", "lateral_displacement")
+    itself = parting(named(tilt, tilt), pool)
+    assert max(p.expected_sigma for p in itself) < 0.1
