@@ -343,7 +343,7 @@ class RigidBody:
     plane_from: float = 0.3  # of f_nat, from which on the noise's level is read [unset]
     plane_points: int = 24  # frequencies at which it is read [unset]
     plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
-    start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
+    start_rad: tuple[float, ...] = (0.008, 0.02, 0.042)  # tilts at which a fit starts, with both signs [unset]
     # 1/s, lambda at most at the start: that of one angle takes what goes to side modes and slip [unset]
     damping_per_s: float = 0.1
     side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]

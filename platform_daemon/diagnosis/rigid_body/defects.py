@@ -253,23 +253,31 @@ class _Contestant:
 def _begun(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     """Fits of the first tenth of a second with the stator's tilt, of both signs if it tells no sign.
 
-    Raises RotorFitError.
+    The frequency goes with the square of the tilt along a bent valley, so that a tilt is free only when those of a grid
+    have shown where.  Raises RotorFitError.
     """
-    n = shot.count(_LIMITS.sign_window_s)
+    part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.sign_window_s)])
     # One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth.
     held = ("distance_m", "friction_coefficient") if shot.geometry.bearing == "jewel" else ()
-    tried = []
-    for sign in (1.0, -1.0):
-        begun = replace(shot, values=shot.values.with_numbers({_TILT: sign * _LIMITS.start_rad}))
+
+    def fitted(values: RotorValues, defect: Defect | None) -> RotorFit | None:
+        begun = [replace(part, values=values)]
         try:
-            part = replace(begun, samples=shot.samples[:, :n])
-            tried.append(fit_rotor([part], _TILT, pool, first_window_s=math.inf, whole=False, held=held))
+            return fit_rotor(begun, defect, pool, first_window_s=math.inf, whole=False, held=held, known=[shot.values])
         except RotorFitError:
-            continue
-    if not tried:
+            return None
+
+    found = []
+    for sign in (1.0, -1.0):
+        grid = [fitted(shot.values.with_numbers({_TILT: sign * size}), None) for size in _LIMITS.start_rad]
+        near = min((f for f in grid if f is not None), key=_total, default=None)
+        free = None if near is None else fitted(near.values[0], _TILT)
+        if free is not None:
+            found.append(free)
+    if not found:
         raise RotorFitError("a short window finds no rotor")
-    tried.sort(key=_total)
-    return [f for f in tried if _rise(f, tried[0]) < FIT_LIMITS.rigid_rotor.rival_chi2]
+    found.sort(key=_total)
+    return [f for f in found if _rise(f, found[0]) < FIT_LIMITS.rigid_rotor.rival_chi2]
 
 
 def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) -> RotorFit:
