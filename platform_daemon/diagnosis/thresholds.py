@@ -351,6 +351,9 @@ class RigidBody:
     creep_m_per_s: float = 2e-3
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
     same_sigma: float = 1.0  # standard deviations by which two sizes of one error are the same minimum [unset]
+    # If the other one is true, the likelihood of the first over its own is a martingale while the window grows, of mean
+    # 1: it ever passes exp(25 / 2) with a probability below exp(-25 / 2) (Ville's inequality).
+    rival_chi2: float = 25.0  # rise of chi^2 in a window at which another error is given up [noise: 4e-6]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
     # chi2/dof of one angle above 1 from which an error is sought in the plane: so well is the noise known [unset]

@@ -29,7 +29,6 @@ from platform_daemon.estimation.rotor_fit.fit import (
 )
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, HELD_WITH_A_DEFECT, Defect, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
-from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
 _LIMITS = THRESHOLDS.rigid_body
 _TILT: Defect = "stator_tilt_rad"  # the one that is searched; what acts alike is looked for beside it
@@ -277,7 +276,7 @@ def _begun(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     if not found:
         raise RotorFitError("a short window finds no rotor")
     found.sort(key=_total)
-    return [f for f in found if _rise(f, found[0]) < FIT_LIMITS.rigid_rotor.rival_chi2]
+    return [f for f in found if _rise(f, found[0]) < _LIMITS.rival_chi2]
 
 
 def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) -> RotorFit:
@@ -332,7 +331,7 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
         field.sort(key=lambda c: _total(c.fit))
         if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
             raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
-        field = [c for c in field if _rise(c.fit, field[0].fit) < FIT_LIMITS.rigid_rotor.rival_chi2]
+        field = [c for c in field if _rise(c.fit, field[0].fit) < _LIMITS.rival_chi2]
     best: dict[Defect, RotorFit] = {}
     for c in field:
         best.setdefault(c.defect, replace(c.fit, stages=c.stages[:-1]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .tuned import false_alarm, tuned
+from .tuned import tuned
 
 STUDY = "tests/campaigns/perfect_rotors.py"
 START = "tests/estimation/rotor_fit/test_fit.py"
@@ -69,11 +69,6 @@ class RigidRotorThresholds:
     )
     side_damping_sd_per_s: float = tuned(30.0, "1/s", "how well that is known")
     friction_coefficient_sd: float = tuned(0.05, "1", "of mu by the materials")
-    # If the other one is true, the likelihood of the first over its own is a martingale while the window grows, of mean
-    # 1: it ever passes exp(25 / 2) with a probability below exp(-25 / 2) (Ville's inequality).
-    rival_chi2: float = tuned(
-        25.0, "1", "rise of chi^2 in a window at which another defect is given up", false_alarm("4e-6 over all windows")
-    )
     first_window_s: float = tuned(0.05, "s", "of the windows that grow; each is twice the one before")
     predicting_share: float = tuned(
         0.7,
