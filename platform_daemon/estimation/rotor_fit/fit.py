@@ -289,7 +289,8 @@ def _settled(
         moved, fall, expected = False, 0.0, 0.0
         while damping < LIMITS.most_damping:
             try:
-                step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), gradient)
+                damped = matrix + damping * np.diag(np.diag(matrix))
+                step: Array = np.asarray(np.linalg.solve(damped, gradient), dtype=np.float64)
             except np.linalg.LinAlgError:
                 raise RotorFitError("the shots do not determine the rotor's parameters") from None
             expected = float(2.0 * gradient @ step - step @ matrix @ step)
@@ -297,10 +298,10 @@ def _settled(
                 break
             bend = _bend(shots, layout, values, normal, step, window_s) if normal.fresh else None
             if bend is not None:
-                turn = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), bend)
+                turn = np.linalg.solve(damped, bend)
                 if turn @ matrix @ turn < LIMITS.most_bend**2 * (step @ matrix @ step):
                     step = step + 0.5 * turn
-            trial = layout.moved(values, np.asarray(step, dtype=np.float64))
+            trial = layout.moved(values, step)
             left = _residuals(shots, trial, window_s)
             fall = total - sum(float(r @ r) for r in left) - layout.prior(trial, first)[2] if left else -math.inf
             if fall > 0.0:
@@ -309,6 +310,10 @@ def _settled(
                 grows = LIMITS.damping_grows
                 break
             damping, grows = damping * grows, 2.0 * grows
+        if not moved and not normal.fresh and expected >= settled_chi2:  # the old Jacobian leads nowhere
+            normal = _normal_equations(shots, layout, values, window_s, pool)
+            damping, grows = LIMITS.first_damping, LIMITS.damping_grows
+            continue
         if not moved or (fall < settled_chi2 and damping <= LIMITS.first_damping):
             break
         if abs(fall - expected) < LIMITS.same_jacobian * expected:
