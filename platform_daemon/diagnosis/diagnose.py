@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from platform_daemon.estimation.one_angle_error import Fitted, one_angle_error, said_of
 from platform_daemon.estimation.physics.models import RingDownModel
 
 from .effects.additive import zero_drifts
@@ -45,7 +46,7 @@ from .regression.cross_validation import CrossValidation, cross_validate
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .regression.parameters import Mean, means, widened, window_disagreement
-from .regression.prediction import unpredicted
+from .regression.prediction import unpredicted, window_of
 from .report_schema import DiagnosisVerdict
 from .rigid_body.defects import ManufacturingError, manufacturing_error
 from .rigid_body.plane_test import PlaneTest, plane_test
@@ -229,6 +230,7 @@ def _diagnose(
     exact, alike = means(final), [r.candidate for n in named for r in n.confounders]
     small = negligible_effects(table, dropped, found.trials, pool) if verdict == "explained" else []
     spanned = widened(exact, _other_explanations(final, named, small, pool))
+    spanned, side_modes = _with_side_modes(spanned, prepared[0], model)
     return Diagnosis(
         shots=tuple(shots),
         refused=tuple(refused),
@@ -264,10 +266,26 @@ def _diagnose(
             *(one.note for one in small[:1]),
             *doubts,
             *undecided(exact, spanned),
+            *side_modes,
         ),
         seconds=time.perf_counter() - began_s,
         plane=plane,
     )
+
+
+def _with_side_modes(
+    found: dict[str, Mean], prepared: PreparedShot, model: RingDownModel
+) -> tuple[dict[str, Mean], tuple[str, ...]]:
+    """Parameters whose errors contain what one angle leaves out of a jewel's rotor with a weight, and a note on it."""
+    known, held = prepared.shot.rotor, {p.name: p.fixed for p in model.parameters.values() if p.fixed is not None}
+    if known is None or "weight_over_pull" not in held:
+        return found, ()
+    first, last = window_of(prepared)
+    shot = prepared.shot
+    fitted = Fitted(model=model, first=first, samples=last - first, rate_hz=shot.rate_hz, sd=shot.noise.sd)
+    off = one_angle_error(fitted, {name: m.value for name, m in found.items()}, known, held)
+    wider = {name: replace(m, std=math.hypot(m.std, off.get(name, 0.0))) for name, m in found.items()}
+    return wider, said_of(off, {name: m.std for name, m in found.items()})
 
 
 def _rotor(

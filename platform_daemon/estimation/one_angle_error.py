@@ -102,17 +102,16 @@ def with_one_angle_error(
         fit,
         covariance=covariance,
         parameters={name: Estimate(e.value, std.get(name, e.std)) for name, e in fit.parameters.items()},
-        notes=(*fit.notes, *_said(fit, off)),
+        notes=(*fit.notes, *said_of(off, {name: e.std for name, e in fit.parameters.items()})),
     )
 
 
-def _said(fit: FitResult, off: Mapping[str, float]) -> tuple[str, ...]:
-    """Where it is more than the noise makes of a constant."""
-    large = [
-        f"{name} by {value:.2g}"
-        for name, value in off.items()
-        if (std := fit.parameters[name].std) is not None and abs(value) > std
-    ]
+def said_of(off: Mapping[str, float], std: Mapping[str, float | None]) -> tuple[str, ...]:
+    """A note where it is more than the noise makes of a constant.
+
+    off: see one_angle_error; std: by public name, without it.
+    """
+    large = [f"{n} by {value:.2g}" for n, value in off.items() if (noise := std.get(n)) and abs(value) > noise]
     if not large:
         return ()
     return (
