@@ -123,13 +123,8 @@ def document(found: Sequence[Fitted], rx_s: float) -> str:
             "# Fits of rigid rotors without a manufacturing error",
             "",
             "Drawn friction (0.8 to 1.2 times the shipped one) and field (30 to 100 % of the paper's thresholds),",
-<<<<<<< HEAD
             f"{rx_s:g} s each, through the whole simulated chain. Jewels by one angle in three ways: with the weight",
             "of the rotor, and errors that contain what its side modes do; with the weight; without it.",
-=======
-            f"{rx_s:g} s each, through the whole simulated chain. Jewels by one angle in three ways: with the weight",
-            "of the rotor, and errors that contain what its side modes do; with the weight; without it.",
->>>>>>> f03956345e0ac27c3767f3e5adebc5c8605b82f8
             f"`python -m {__spec__.name} {' '.join(sys.argv[1:])}`".rstrip() + " wrote this page.",
             "",
             *shares(found),
