@@ -138,32 +138,19 @@ def _effect_of(term: TorqueTerm) -> Effect:
     )
 
 
-def pendulum_candidates(
-    model: RingDownModel, fastest_rad_per_s: float, seconds: float, largest_rad: float
-) -> list[Candidate]:
+def pendulum_candidates(model: RingDownModel, fastest_rad_per_s: float, seconds: float) -> list[Candidate]:
     """Torques on a swing whose angle is read: no Hertz contact, but a friction that falls with the speed, and springs.
 
-    fastest_rad_per_s: peak speed of the swing; seconds: length of its window; largest_rad: its amplitude.
+    fastest_rad_per_s: peak speed of the swing; seconds: length of its window.
     """
     plain = [*torque_candidates(model, jewel_law=False), Candidate(CUBIC, term=TERMS["cubic_restoring"])]
-    limits = largest_springs(largest_rad)
-    plain = [replace(c, largest=limits.get(c.effect.id, c.largest)) for c in plain if c.term not in model.terms]
+    plain = [replace(c, largest=_LARGEST.get(c.effect.id, c.largest)) for c in plain if c.term not in model.terms]
     found = [*plain, replace(drift_candidate(), largest=_LIMITS.largest_drift / seconds)]
     found.append(settling_candidate(seconds))
     if TERMS["stribeck_coulomb_friction"] not in model.terms:
         bounds = _LIMITS.slowest_scale * fastest_rad_per_s, _LIMITS.fastest_scale * fastest_rad_per_s
         found.append(_of_pendulum(_LIMITS.first_scale * fastest_rad_per_s, *bounds))
     return found
-
-
-def largest_springs(largest_rad: float) -> dict[str, float]:
-    """Sizes beyond which a term is another spring, by effect, for swings of this amplitude.
-
-    The terms that grow with the square of the amplitude beside the restoring torque have the limit at 1 rad of larger
-    swings too; of a smaller swing they are as large a share of the torque with a greater strength.
-    """
-    as_share = max(1.0, largest_rad**-2)
-    return {name: limit if name == "torsion_stiffness" else as_share * limit for name, limit in _LARGEST.items()}
 
 
 def _of_pendulum(speed: float, slowest: float, fastest: float) -> Candidate:
