@@ -100,7 +100,7 @@ def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVe
 
 def rotor_notes(rotor: ManufacturingError) -> tuple[str, ...]:
     """What it is, in words."""
-    alike = "".join(f", or {a.in_words} (chi2 {a.rise:+.2g})" for a in rotor.alike)
+    alike = "".join(f", or {a.in_words}" for a in rotor.alike)
     fit = rotor.fit
     return (
         f"{rotor.in_words}{alike}: a rotor of five degrees of freedom, from rest through the recorded drive, leaves "
