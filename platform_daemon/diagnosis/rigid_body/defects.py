@@ -256,8 +256,7 @@ def _begun(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     have shown where.  Raises RotorFitError.
     """
     part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.sign_window_s)])
-    # One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth.
-    held = ("distance_m", "friction_coefficient") if shot.geometry.bearing == "jewel" else ()
+    held = _held(shot, _LIMITS.sign_window_s)
 
     def fitted(values: RotorValues, defect: Defect | None) -> RotorFit | None:
         begun = [replace(part, values=values)]
@@ -277,6 +276,18 @@ def _begun(shot: RotorShot, pool: Executor) -> list[RotorFit]:
         raise RotorFitError("a short window finds no rotor")
     found.sort(key=_total)
     return [f for f in found if _rise(f, found[0]) < _LIMITS.rival_chi2]
+
+
+def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
+    """What a window tells too little of.
+
+    One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth; free in a
+    short window of a jewel the distance runs away.
+    """
+    if shot.geometry.bearing == "thread" or window_s > _LIMITS.jewel_distance_from_s:
+        return ()
+    damped = window_s > _LIMITS.sign_window_s
+    return ("distance_m",) if damped else ("distance_m", "lambda_per_s", "side_damping_per_s")
 
 
 def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) -> RotorFit:
@@ -317,12 +328,14 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     field: list[_Contestant] = []
     longest = longest_s([shot])
     for window_s in windows_s(2.0 * _LIMITS.sign_window_s, longest):
+        last = window_s == longest
+        held = () if last else _held(shot, window_s)
         runners = [(c.defect, c.fit.values[0], c.stages) for c in field] or [(d, v, ()) for d, v in starts]
         field = []
         for defect, values, stages in runners:
             part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=values)
             try:
-                fit = fit_rotor([part], defect, pool, first_window_s=math.inf, whole=window_s == longest, known=[known])
+                fit = fit_rotor([part], defect, pool, first_window_s=math.inf, held=held, whole=last, known=[known])
             except RotorFitError:
                 continue
             one = _Contestant(fit, (*stages, Stage(window_s, fit.values, _total(fit))))
