@@ -145,8 +145,9 @@ def shot_of(case: Case, rx_s: float) -> tuple[DiagnosisShot, dict[str, Any]]:
         rotation=rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad)),
         moving=False,
     )
-    sensitivity = np.asarray(bench.calibration.sensitivity)
-    return DiagnosisShot("shot", record, noise.for_shot(record).model, sensitivity, rotor=known), shot.truth
+    model, sensitivity = noise.for_shot(record).model, np.asarray(bench.calibration.sensitivity)
+    assert model is not None
+    return DiagnosisShot("shot", record, model, sensitivity, rotor=known), shot.truth
 
 
 def outcome(case: Case, rx_s: float) -> Outcome:
