@@ -344,8 +344,9 @@ class RigidBody:
     plane_points: int = 24  # frequencies at which it is read [unset]
     plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
     start_rad: tuple[float, ...] = (0.008, 0.02, 0.042)  # tilts at which a fit starts, with both signs [unset]
-    # 1/s, lambda at most at the start: that of one angle takes what goes to side modes and slip [unset]
-    damping_per_s: float = 0.1
+    # 1/s, lambda at the start, least and most: that of one angle takes what goes to side modes and slip [unset]
+    damping_per_s: tuple[float, float] = (0.05, 0.1)
+    jewel_softening: float = 4.0  # fall of a jewel's main mode over f_nat and the square of the stator's tilt [physics]
     side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]
     # m/s of slip below which a jewel's contact creeps, held: free, it trades with the losses [physics]
     creep_m_per_s: float = 2e-3

@@ -209,7 +209,7 @@ def _rotor_shots(base: JointFit) -> list[RotorShot]:
             f_nat_hz=f_nat_hz,
             m_r_am2=m_r_am2,
             distance_m=known.geometry.distance_m(f_nat_hz, m_r_am2),
-            lambda_per_s=min(max(loss, 0.0), _LIMITS.damping_per_s),
+            lambda_per_s=float(np.clip(loss, *_LIMITS.damping_per_s)),
             rotation=known.facing(observed.rotation),
             tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0),
             friction_coefficient=known.geometry.friction_coefficient,
@@ -267,7 +267,7 @@ def _begun(shot: RotorShot, pool: Executor) -> list[RotorFit]:
 
     found = []
     for sign in (1.0, -1.0):
-        grid = [fitted(shot.values.with_numbers({_TILT: sign * size}), None) for size in _LIMITS.start_rad]
+        grid = [fitted(_tilted(shot, sign * size), None) for size in _LIMITS.start_rad]
         near = min((f for f in grid if f is not None), key=_total, default=None)
         free = None if near is None else fitted(near.values[0], _TILT)
         if free is not None:
@@ -276,6 +276,13 @@ def _begun(shot: RotorShot, pool: Executor) -> list[RotorFit]:
         raise RotorFitError("a short window finds no rotor")
     found.sort(key=_total)
     return [f for f in found if _rise(f, found[0]) < _LIMITS.rival_chi2]
+
+
+def _tilted(shot: RotorShot, tilt_rad: float) -> RotorValues:
+    """Start values with a tilt of the stator; of a jewel f_nat is above the main mode by the square of that."""
+    jewel = shot.geometry.bearing == "jewel"
+    above = 1.0 + (_LIMITS.jewel_softening * tilt_rad**2 if jewel else 0.0)
+    return shot.values.with_numbers({_TILT: tilt_rad, "f_nat_hz": above * shot.values.f_nat_hz})
 
 
 def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
