@@ -10,7 +10,7 @@ PAGES := page
 # Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: paper-wound reproduce-kills coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study defect-study angle-study clean
+.PHONY: paper-wound reproduce-kills coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study defect-study perfect-rotors angle-study clean
 
 install: $(STAMP)
 
@@ -118,6 +118,11 @@ diagnose-study: install
 # Drawn manufacturing errors and perfect rotors; `make defect-study DEFECTS='--errors 40 --perfect 100'` is the long one.
 defect-study: install
 	$(BIN)/python -m tests.campaigns.defect_study $(DEFECTS)
+
+# Fits of rotors without a manufacturing error; `make perfect-rotors ROTORS='--rotors 4'` is a short one.
+perfect-rotors: install
+	$(BIN)/python -m tests.campaigns.perfect_rotors --page docs/evidence/perfect-rotors.md $(ROTORS)
+	$(BIN)/python -m tests.evidence --measured perfect-rotors
 
 # Deaths, hangs, cut links; `make crash CRASH='--each 1'` is a short one; the journal lets an interrupted one go on, with as many `--lanes`.
 crash: install

@@ -72,7 +72,7 @@ class Pose(_Section):
 
 
 class RotorModel(_Section):
-    """How the simulated platform moves the rotor; nothing else reads it."""
+    """How the simulated platform moves the rotor; fits read of it only whether a jewel's rotor has a weight."""
 
     model: Literal["single_axis", "rigid_body"] = Field(
         description="single_axis: one angle about the main axis; rigid_body: five degrees of freedom, with side modes."

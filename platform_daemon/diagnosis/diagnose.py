@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from platform_daemon.estimation.one_angle_error import Fitted, one_angle_error, said_of
 from platform_daemon.estimation.physics.models import RingDownModel
 
 from .effects.additive import zero_drifts
@@ -29,13 +30,23 @@ from .findings.moving_parameters import MovingParameter, moving_parameters
 from .findings.negligible_effects import NegligibleEffect, negligible_effects
 from .findings.next_measurements import Ambiguity, Proposal, proposals
 from .findings.notes import notes, two_in_place_notes, undecided
-from .findings.rotor_findings import leaves_noise, plane_notes, rotor_effect, rotor_notes, rotor_scores, unsearched
+from .findings.rotor_findings import (
+    leaves_less,
+    leaves_noise,
+    may_be_a_rotor,
+    plane_notes,
+    rotor_effect,
+    rotor_notes,
+    rotor_scores,
+    unsearched,
+)
+from .findings.rotor_parting import parting
 from .findings.verdict import assess_diagnosis
 from .regression.cross_validation import CrossValidation, cross_validate
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .regression.parameters import Mean, means, widened, window_disagreement
-from .regression.prediction import unpredicted
+from .regression.prediction import unpredicted, window_of
 from .report_schema import DiagnosisVerdict
 from .rigid_body.defects import ManufacturingError, manufacturing_error
 from .rigid_body.plane_test import PlaneTest, plane_test
@@ -47,7 +58,7 @@ from .selection.kick_search import kicks
 from .selection.omnibus_test import omnibus_test
 from .selection.scales import fits_at_neighbouring_scales
 from .selection.stepwise import ProgressCallback, Selection, select_effects
-from .shots.initial_fits import UnfittedShot, initial_fits
+from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
 from .shots.shot import DiagnosisShot, PreparedShot
 from .shots.thread_pool import shot_pool
 from .thresholds import THRESHOLDS
@@ -171,13 +182,25 @@ def _diagnose(
     progress("checks of the data", 0.0)
     prepared, refused, flawed, gaps = _prepared(shots, model, pool)
     progress("fit of the declared model", 0.1)
-    plane = plane_test(prepared)
-    if plane is not None and plane.leaves and (solved := _rotor(prepared, model, pool)) is not None:
+    swings, hopeless = with_beginnings(prepared, refused, model)
+    names = [s.name for s in shots]
+    swings.sort(key=lambda s: names.index(s.shot.name))
+    plane = plane_test(swings) if swings else None
+    if plane is not None and plane.may_leave and (solved := _rotor(swings, model, plane, pool)) is not None:
         declared, rotor = solved
-        told = (*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor))
-        explained = replace(_of_rotor(declared, plane, rotor, pool), shots=tuple(shots), refused=tuple(refused))
-        seconds = time.perf_counter() - began_s
-        return replace(explained, integrity=(*defects, *flawed, *gaps), notes=told, seconds=seconds)
+        return replace(
+            _of_rotor(declared, plane, rotor, pool),
+            shots=tuple(shots),
+            refused=tuple(hopeless),
+            integrity=(*defects, *flawed, *gaps),
+            notes=(*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor)),
+            seconds=time.perf_counter() - began_s,
+        )
+    if not prepared:
+        why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
+        raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
+    if len(swings) > len(prepared):
+        plane = plane_test(prepared)
     found, late = _selected(prepared, model, gaps, progress, pool)
     gaps = merged([*gaps, *late])
     progress("prediction of held-out data", 0.8)
@@ -187,6 +210,17 @@ def _diagnose(
         found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, table, after, replaced, pool) if final.hypothesis.effects else ()
     verdict, doubts = assess_diagnosis(found, final, named, gaps, after)
+    if plane is not None and not plane.may_leave and may_be_a_rotor(found.base, verdict):
+        beside = manufacturing_error(found.base, pool)
+        if beside is not None and leaves_less(beside, final, verdict):
+            return replace(
+                _of_rotor(found.base, plane, beside, pool),
+                shots=tuple(shots),
+                refused=tuple(refused),
+                integrity=(*defects, *flawed, *gaps),
+                notes=(*remarks, *test(found.base), *rotor_notes(beside)),
+                seconds=time.perf_counter() - began_s,
+            )
     tentative, why_not = _not_accepted(found, final, named, doubts) if verdict == "unexplained" else ((), "")
     if verdict == "unexplained":
         named = ()
@@ -196,6 +230,7 @@ def _diagnose(
     exact, alike = means(final), [r.candidate for n in named for r in n.confounders]
     small = negligible_effects(table, dropped, found.trials, pool) if verdict == "explained" else []
     spanned = widened(exact, _other_explanations(final, named, small, pool))
+    spanned, side_modes = _with_side_modes(spanned, prepared[0], model)
     return Diagnosis(
         shots=tuple(shots),
         refused=tuple(refused),
@@ -231,19 +266,37 @@ def _diagnose(
             *(one.note for one in small[:1]),
             *doubts,
             *undecided(exact, spanned),
+            *side_modes,
         ),
         seconds=time.perf_counter() - began_s,
         plane=plane,
     )
 
 
+def _with_side_modes(
+    found: dict[str, Mean], prepared: PreparedShot, model: RingDownModel
+) -> tuple[dict[str, Mean], tuple[str, ...]]:
+    """Parameters whose errors contain what one angle leaves out of a jewel's rotor with a weight, and a note on it."""
+    known, held = prepared.shot.rotor, {p.name: p.fixed for p in model.parameters.values() if p.fixed is not None}
+    if known is None or "weight_over_pull" not in held:
+        return found, ()
+    first, last = window_of(prepared)
+    shot = prepared.shot
+    fitted = Fitted(model=model, first=first, samples=last - first, rate_hz=shot.rate_hz, sd=shot.noise.sd)
+    off = one_angle_error(fitted, {name: m.value for name, m in found.items()}, known, held)
+    wider = {name: replace(m, std=math.hypot(m.std, off.get(name, 0.0))) for name, m in found.items()}
+    return wider, said_of(off, {name: m.std for name, m in found.items()})
+
+
 def _rotor(
-    prepared: Sequence[PreparedShot], model: RingDownModel, pool: Executor
+    prepared: Sequence[PreparedShot], model: RingDownModel, plane: PlaneTest, pool: Executor
 ) -> tuple[JointFit, ManufacturingError] | None:
     """The declared model's fit, and the manufacturing error that explains what it cannot; None if none does."""
     if any(s.shot.rotor is None for s in prepared):
         return None
     declared = fit_jointly(prepared, Hypothesis(model), pool)
+    if not plane.leaves and declared.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
+        return None
     rotor = manufacturing_error(declared, pool)
     return None if rotor is None else (declared, rotor)
 
@@ -270,7 +323,7 @@ def _of_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool:
         sigma_after={},
         torque=None,
         moving=moving_parameters(base, pool),
-        next_measurements=(),
+        next_measurements=parting(rotor, pool),
         notes=(),
         seconds=0.0,
         plane=plane,
@@ -288,10 +341,7 @@ def _prepared(
     angle = shots[0].record.quantity == "angle"
     usable, gaps = filled_angles(usable, pool) if angle else (usable, [])
     prepared, refused = initial_fits(usable, model, pool)
-    if not prepared:
-        why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
-        raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
-    if not angle:
+    if prepared and not angle:
         prepared, gaps = filled_dipoles(prepared, model, pool)
     return prepared, refused, flawed, gaps
 

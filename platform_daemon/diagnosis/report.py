@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from scipy.stats import norm
 
-from platform_daemon.core.schemas.fits import FileDigest
+from platform_daemon.core.schemas.fits import Covariance, FileDigest
 from platform_daemon.diagnosis.diagnose import Diagnosis
 from platform_daemon.diagnosis.findings.accepted_effects import AcceptedEffect
 from platform_daemon.diagnosis.findings.missing_torque import MissingTorque
@@ -138,6 +138,9 @@ def _effect(named: AcceptedEffect, shot: DiagnosisShot) -> NamedEffect:
         indistinguishable_from=tuple(i for i in others if i != c.effect.id),
         log10_p_value=named.log_p / math.log(10.0),
         source=c.effect.source,
+        covariance=None
+        if named.covariance is None
+        else Covariance(parameters=named.covariance[0], matrix=tuple(map(tuple, named.covariance[1].tolist()))),
     )
 
 

@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field
 from typing_extensions import TypeAliasType
 
 from platform_daemon.core.schemas.base import Absent, FiniteOrNull, Schema, example
-from platform_daemon.core.schemas.fits import FileDigest
+from platform_daemon.core.schemas.fits import Covariance, FileDigest
 from platform_daemon.core.schemas.value_sources import ValueSource
 
 DiagnosisVerdict = TypeAliasType(
@@ -74,6 +74,8 @@ class NamedEffect(Schema):
     """Decimal logarithm of the chance, also where it is too small for a number."""
     source: str
     """What causes it, and who described it."""
+    covariance: Absent[Covariance] = None
+    """Of a manufacturing error: of its strength, and of what fits with it hold beside it."""
 
 
 class TentativeEffect(Schema):

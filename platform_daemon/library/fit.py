@@ -251,7 +251,7 @@ def fit_frames(
     numbers = _checked(recording, window, frames)
     chosen = None if model is None else checked_variant(model, terms)
     measurement, used = recording.measurement.under(chosen, () if chosen else terms)
-    ask = FitRequest(used, window, fixed, None, measurement.moment_am2())
+    ask = FitRequest(used, window, fixed, None, measurement.moment_am2(), measurement.weight_over_pull())
     check_fixed(ask, calibrated=measurement.calibration is not None)
     if numbers is None:
         numbers = [k for k in range(measurement.frames) if measurement.excuse(k) is None]

@@ -74,6 +74,8 @@ _TABLE = (
     _P("frequency_settling_per_s", "d_0", "$d_0$", "1/s", "s⁻¹", 1.0,
        "relative change of f_nat per second at the first sample, that dies away"),
     _P("frequency_settling_rate_per_s", "r", "$r$", "1/s", "s⁻¹", 1.0, "rate at which that dies away"),
+    _P("weight_over_pull", "g", "$g$", "1", "", 1.0,
+       "weight of the rotor over the pull of the magnets; friction × (cos φ + g)^(4/3) / cos^(4/3) φ"),
 )  # fmt: skip
 PARAMETERS: dict[str, ParameterDefinition] = {p.name: p for p in _TABLE}
 """By name, in the order in which results list them."""

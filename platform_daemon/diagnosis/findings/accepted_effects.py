@@ -21,6 +21,7 @@ from platform_daemon.diagnosis.selection.significance import log_chance
 from platform_daemon.diagnosis.selection.stepwise import Selection
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.diagnosis.validation.validated_effects import ReplacedEffects, held_out_gain_of, without
+from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.screening.spectral_lines import is_mains
 
 _LIMITS = THRESHOLDS.findings
@@ -39,6 +40,7 @@ class AcceptedEffect:
     """An accepted effect.
 
     strength, std: in the effect's unit. held_out_gain: fall of the held-out chi^2 that it brings as the last one.
+    covariance: of the strength and of what fits hold beside it: names of the rows, (names, names).
     """
 
     candidate: Candidate
@@ -47,6 +49,7 @@ class AcceptedEffect:
     log_p: float
     held_out_gain: float
     confounders: tuple[Confounder, ...]
+    covariance: tuple[tuple[str, ...], Array] | None = None
 
     @property
     def rise(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,10 +18,17 @@ from platform_daemon.estimation.least_squares.observation_model import DipoleObs
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
-from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, Stage, exchanged, fit_rotor, longest_s
+from platform_daemon.estimation.rotor_fit.fit import (
+    RotorFit,
+    RotorFitError,
+    Stage,
+    exchanged,
+    fit_rotor,
+    longest_s,
+    windows_s,
+)
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, HELD_WITH_A_DEFECT, Defect, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
-from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
 _LIMITS = THRESHOLDS.rigid_body
 _TILT: Defect = "stator_tilt_rad"  # the one that is searched; what acts alike is looked for beside it
@@ -76,12 +84,14 @@ class HeldOutRotor:
 
 @dataclass(frozen=True, kw_only=True)
 class Alike:
-    """Another error that explains the shots as well: its size, in the effect's unit, and by how much chi^2 rises."""
+    """Another error that explains the shots as well: its size, in the effect's unit, by how much chi^2 is above that of
+    the named one, and its fit."""
 
     effect: Effect
     strength: float
     std: float
     rise: float
+    fit: RotorFit
 
     @property
     def in_words(self) -> str:
@@ -113,6 +123,14 @@ class ManufacturingError:
         return {name: getattr(values, name) for name in HELD_WITH_A_DEFECT}
 
     @property
+    def covariance(self) -> tuple[tuple[str, ...], Array]:
+        """Of the error and of what is held beside it, as far as it was estimated: names of the rows, (names, names)."""
+        places = self.fit.places[0]
+        names = tuple(name for name in (_defect_of(self.fit), *HELD_WITH_A_DEFECT) if name in places)
+        rows = [places[name] for name in names]
+        return names, self.fit.covariance[np.ix_(rows, rows)]
+
+    @property
     def in_words(self) -> str:
         """stator tilted by 2.030(12) deg about v."""
         return _in_words(self.effect, self.strength, self.std)
@@ -134,26 +152,26 @@ def _with_error(value: float, std: float) -> str:
 def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | None:
     """The error that explains shots which leave their plane; None if none does, or if their drive is not known.
 
-    The first shot is fitted alone in windows that grow, with each error in turn; the others begin with what it found in
-    common, so that their ends are predicted from their beginnings; then all are fitted together, with the error that
-    explains it best and with those that it could not tell from that.  Of errors that explain the shots alike the first
-    one in `DEFECTS` has the name.
+    The first shot is fitted alone in windows that grow, with each error beside the others; the other shots begin with
+    what it found in common, so that their ends are predicted from their beginnings; then all are fitted together, with
+    the error that explains the first one best and with those that it could not tell from that.  The least chi^2 has the
+    name; where others are as near to it as noise alone would set them apart, the first in `DEFECTS`, the simplest.
     """
     shots = _rotor_shots(base)
     if not shots:
         return None
     try:
-        ranked = _ranked(shots[0], pool)
-        fits = _each(shots, ranked[0], pool)
+        of_first = ranked(shots[0], pool)
+        fits = _each(shots, of_first[0], pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
-            together += _rivals(together[0], [_defect_of(f) for f in ranked[1:]], pool)
+            together += _rivals(together[0], [_defect_of(f) for f in of_first[1:]], pool)
         else:
-            together = ranked
+            together = of_first
         alike = _as_good(together)
-        best = min(alike, key=lambda f: DEFECTS.index(_defect_of(f)))
-        if best.defect != ranked[0].defect:
-            fits = _each(shots, next(f for f in ranked if f.defect == best.defect), pool)
+        best = _named(alike)
+        if best.defect != of_first[0].defect:
+            fits = _each(shots, next(f for f in of_first if f.defect == best.defect), pool)
         held_out = _held_out(fits)
     except RotorFitError:
         return None
@@ -166,7 +184,7 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         effect=effect_of(_defect_of(best), bearing),
         strength=strength,
         std=std,
-        alike=tuple(_like_it(f, best) for f in others),
+        alike=tuple(sorted((_like_it(f, best) for f in others), key=lambda a: a.rise)),
         fit=best,
         held_out=held_out,
         before_chi2=base.chi2,
@@ -191,7 +209,7 @@ def _rotor_shots(base: JointFit) -> list[RotorShot]:
             f_nat_hz=f_nat_hz,
             m_r_am2=m_r_am2,
             distance_m=known.geometry.distance_m(f_nat_hz, m_r_am2),
-            lambda_per_s=min(loss, _LIMITS.jewel_damping_per_s) if jewel else loss,
+            lambda_per_s=float(np.clip(loss, *_LIMITS.damping_per_s)),
             rotation=known.facing(observed.rotation),
             tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0),
             friction_coefficient=known.geometry.friction_coefficient,
@@ -213,21 +231,70 @@ def _rotor_shots(base: JointFit) -> list[RotorShot]:
     return shots
 
 
-def _alone(shot: RotorShot, pool: Executor) -> RotorFit:
-    """One shot from the start, by the sign of the tilt that a short window prefers.  Raises RotorFitError."""
-    n = shot.count(_LIMITS.sign_window_s)
-    tried = []
-    for sign in (1.0, -1.0):
-        begun = replace(shot, values=shot.values.with_numbers({_TILT: sign * _LIMITS.start_rad}))
+@dataclass(frozen=True)
+class _Contestant:
+    """An error, with the fit of the last window and the windows before it."""
+
+    fit: RotorFit
+    stages: tuple[Stage, ...] = ()
+
+    @property
+    def defect(self) -> Defect:
+        """Its kind."""
+        return _defect_of(self.fit)
+
+    def among(self, others: Sequence[_Contestant]) -> bool:
+        """One of them is the same kind with the same size."""
+        size, std = self.fit.strength
+        return any(o.defect == self.defect and abs(o.fit.strength[0] - size) < _LIMITS.same_sigma * std for o in others)
+
+
+def _begun(shot: RotorShot, pool: Executor) -> list[RotorFit]:
+    """Fits of the first tenth of a second with the stator's tilt, of both signs if it tells no sign.
+
+    The frequency goes with the square of the tilt along a bent valley, so that a tilt is free only when those of a grid
+    have shown where.  Raises RotorFitError.
+    """
+    part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.sign_window_s)])
+    held = _held(shot, _LIMITS.sign_window_s)
+
+    def fitted(values: RotorValues, defect: Defect | None) -> RotorFit | None:
+        begun = [replace(part, values=values)]
         try:
-            tried.append(fit_rotor([replace(begun, samples=shot.samples[:, :n])], _TILT, pool, whole=False))
+            return fit_rotor(begun, defect, pool, first_window_s=math.inf, whole=False, held=held, known=[shot.values])
         except RotorFitError:
-            continue
-    if not tried:
+            return None
+
+    found = []
+    for sign in (1.0, -1.0):
+        grid = [fitted(_tilted(shot, sign * size), None) for size in _LIMITS.start_rad]
+        near = min((f for f in grid if f is not None), key=_total, default=None)
+        free = None if near is None else fitted(near.values[0], _TILT)
+        if free is not None:
+            found.append(free)
+    if not found:
         raise RotorFitError("a short window finds no rotor")
-    best = min(tried, key=lambda f: sum(f.chi2))
-    begun = replace(shot, values=best.values[0])
-    return fit_rotor([begun], _TILT, pool, first_window_s=2.0 * _LIMITS.sign_window_s)
+    found.sort(key=_total)
+    return [f for f in found if _rise(f, found[0]) < _LIMITS.rival_chi2]
+
+
+def _tilted(shot: RotorShot, tilt_rad: float) -> RotorValues:
+    """Start values with a tilt of the stator; of a jewel f_nat is above the main mode by the square of that."""
+    jewel = shot.geometry.bearing == "jewel"
+    above = 1.0 + (_LIMITS.jewel_softening * tilt_rad**2 if jewel else 0.0)
+    return shot.values.with_numbers({_TILT: tilt_rad, "f_nat_hz": above * shot.values.f_nat_hz})
+
+
+def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
+    """What a window tells too little of.
+
+    One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth; free in a
+    short window of a jewel the distance runs away.
+    """
+    if shot.geometry.bearing == "thread" or window_s > _LIMITS.jewel_distance_from_s:
+        return ()
+    damped = window_s > _LIMITS.sign_window_s
+    return ("distance_m",) if damped else ("distance_m", "lambda_per_s", "side_damping_per_s")
 
 
 def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) -> RotorFit:
@@ -247,28 +314,58 @@ def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) ->
     return fit_rotor([replace(shot, values=values)], found.defect, pool, held=common)
 
 
-def _ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
+def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     """Fits of one shot with each defect that it cannot exclude, the best first.  Raises RotorFitError.
 
-    All of them act alike at first: the stator's tilt is tried in windows that grow from the start, the others in longer
-    ones from what it is to first order in their terms.
+    In a short window all of them act alike, and each begins as what the stator's tilt is to first order in its terms.
+    Windows grow, and what falls behind in one of them is given up.
     """
-    first = _alone(shot, pool)
-    fits = [first, *_rivals(first, [d for d in DEFECTS if d != _TILT], pool, first_window_s=_LIMITS.rival_window_s)]
-    fits.sort(key=_total)
-    return [fits[0], *(f for f in fits[1:] if _rise(f, fits[0]) < FIT_LIMITS.rigid_rotor.rival_chi2)]
+    known, starts = shot.values, list[tuple[Defect, RotorValues]]()
+    for begun in _begun(shot, pool):
+        # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
+        found = begun.values[0]
+        distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
+        known = replace(known, distance_m=distance_m)
+        starts.append((_TILT, replace(found, distance_m=distance_m)))
+        for other in DEFECTS:
+            if other != _TILT:
+                with suppress(RotorFitError):
+                    (there,) = exchanged(begun, other, pool)
+                    starts.append((other, replace(there, distance_m=distance_m)))
+    field: list[_Contestant] = []
+    longest = longest_s([shot])
+    for window_s in windows_s(2.0 * _LIMITS.sign_window_s, longest):
+        last = window_s == longest
+        held = () if last else _held(shot, window_s)
+        runners = [(c.defect, c.fit.values[0], c.stages) for c in field] or [(d, v, ()) for d, v in starts]
+        field = []
+        for defect, values, stages in runners:
+            part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=values)
+            try:
+                fit = fit_rotor([part], defect, pool, first_window_s=math.inf, held=held, whole=last, known=[known])
+            except RotorFitError:
+                continue
+            one = _Contestant(fit, (*stages, Stage(window_s, fit.values, _total(fit))))
+            if not one.among(field):
+                field.append(one)
+        field.sort(key=lambda c: _total(c.fit))
+        if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
+            raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
+        field = [c for c in field if _rise(c.fit, field[0].fit) < _LIMITS.rival_chi2]
+    best: dict[Defect, RotorFit] = {}
+    for c in field:
+        best.setdefault(c.defect, replace(c.fit, stages=c.stages[:-1]))
+    return list(best.values())
 
 
-def _rivals(
-    found: RotorFit, rivals: Sequence[Defect], pool: Executor, first_window_s: float = math.inf
-) -> list[RotorFit]:
+def _rivals(found: RotorFit, rivals: Sequence[Defect], pool: Executor) -> list[RotorFit]:
     """The same shots with other defects, as far as there are such rotors."""
     fits = []
     for rival in rivals:
         try:
             values = exchanged(found, rival, pool)
             begun = [replace(s, values=v) for s, v in zip(found.shots, values, strict=True)]
-            fits.append(fit_rotor(begun, rival, pool, first_window_s=first_window_s, beside=found))
+            fits.append(fit_rotor(begun, rival, pool, first_window_s=math.inf))
         except RotorFitError:
             continue
     return fits
@@ -277,7 +374,14 @@ def _rivals(
 def _like_it(fit: RotorFit, best: RotorFit) -> Alike:
     strength, std = fit.strength
     effect = effect_of(_defect_of(fit), fit.shots[0].geometry.bearing)
-    return Alike(effect=effect, strength=strength, std=std, rise=_rise(fit, best))
+    return Alike(effect=effect, strength=strength, std=std, rise=_rise(fit, best), fit=fit)
+
+
+def _named(alike: Sequence[RotorFit]) -> RotorFit:
+    """The simplest of those whose chi^2 differs from the least by no more than noise makes it differ."""
+    least = min(alike, key=_total)
+    equal = [f for f in alike if _rise(f, least) < _LIMITS.equal_chi2]
+    return min(equal, key=lambda f: DEFECTS.index(_defect_of(f)))
 
 
 def _total(fit: RotorFit) -> float:

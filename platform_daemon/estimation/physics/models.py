@@ -12,9 +12,10 @@ import numpy as np
 from platform_daemon.estimation.numerics.arrays import IntArray
 
 from .torque_term import Coefficient, TorqueTerm
-from .torques import BROKEN, TERMS, code_of
+from .torques import BROKEN, IN_PLACE, TERMS, code_of
 from .torques.coulomb_friction import COULOMB_FRICTION
 from .torques.hertz_friction import HERTZ_FRICTION
+from .torques.hertz_friction_under_weight import HERTZ_FRICTION_UNDER_WEIGHT
 from .torques.linear_restoring import LINEAR_RESTORING
 from .torques.magnetic_restoring import MAGNETIC_RESTORING
 from .torques.viscous_damping import VISCOUS_DAMPING
@@ -76,7 +77,7 @@ class RingDownModel:
         names = [c.name for c in self.coefficients]
         if len(set(self.terms)) < len(self.terms) or len(set(names)) < len(names):
             raise ValueError(f"model {self.name!r} contains a torque term twice")
-        unlisted = [term.name for term in self.terms if term not in TERMS.values()]
+        unlisted = [term.name for term in self.terms if term not in (*TERMS.values(), *IN_PLACE)]
         if unlisted:
             raise ValueError(f"model {self.name!r} has a torque term that is not listed: {unlisted[0]!r}")
         unknown = {p.name for p in self.known} - {p.name for p in self._declared}
@@ -141,6 +142,16 @@ class RingDownModel:
     def with_terms(self, name: str, *terms: TorqueTerm) -> RingDownModel:
         """A model of this name with further terms."""
         return replace(self, name=name, terms=(*self.terms, *terms))
+
+    def under_weight(self, share: float) -> RingDownModel:
+        """The model with a Hertz contact that the rotor's weight presses on too, as a share of the magnets' pull.
+
+        The share is held.  The model itself without such a contact, or without a weight along the main axis.
+        """
+        if share == 0.0 or HERTZ_FRICTION not in self.terms:
+            return self
+        terms = tuple(HERTZ_FRICTION_UNDER_WEIGHT if term is HERTZ_FRICTION else term for term in self.terms)
+        return replace(self, terms=terms, known=(*self.known, Parameter("weight_over_pull", "1", fixed=share)))
 
 
 _DRY = ("jewel_constant_friction",)

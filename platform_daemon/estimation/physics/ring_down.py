@@ -48,6 +48,7 @@ class RingDown:
             KeyError: f_nat_hz, phi_max_rad, psi_start_rad or a coefficient of the model is missing.
         """
         model = model_named(variant) if isinstance(variant, str) else variant
+        model = model.under_weight(values.get("weight_over_pull", 0.0))
         coefficients = tuple(values[c.name] for c in model.coefficients)
         phi, v = state_of_initial_conditions(values["phi_max_rad"], values["psi_start_rad"])
         dynamics = dynamics_through(model, w=2.0 * math.pi * values["f_nat_hz"], values=coefficients, phi=phi, v=v)

@@ -25,7 +25,7 @@ from platform_daemon.features.fit.derived import frame_envelopes
 from platform_daemon.features.fit.fit_request import FitRequest, FitSettings
 from platform_daemon.features.fit.measurement import VoltageMeasurement, open_for_fit, open_voltages, taken_frames
 from platform_daemon.features.fit.plot_data import RingDownPlotData, ring_down_plot_data
-from platform_daemon.features.models.resolve import ModelChoice, label_of, model_of
+from platform_daemon.features.models.resolve import ModelChoice, label_of
 
 from .comparison import Pairs, compare
 from .dataset import PHASE, ShotValues, dataset_of, orientation_reference, shot_values
@@ -49,6 +49,11 @@ COVERAGE = 0.95
 """Of the intervals of the means."""
 _FEWEST = 2  # good fits, for a scatter
 _ENVELOPE_POINTS = 400
+_SLOW = " of a rotor of five degrees of freedom, some 10 s of processor time a shot"
+_OF_ONE_ANGLE = (
+    "quality factors, envelopes and the figure of a shot are those of one angle, and are left out for a rotor with a "
+    "manufacturing error"
+)
 Tell = Callable[[str, float], None]
 """What is being done, and the share of it all that is done, 0 to 1; may raise to end it."""
 
@@ -91,7 +96,7 @@ def characterisation_task(
     RecordingError for a file that is no recording.
     """
     open_voltages(path)  # an angle has neither a moment nor an orientation
-    settings = replace(settings, window="n50", fixed=dict(held or {}), derived=True)
+    settings = replace(settings, window="n50", fixed=dict(held or {}))
     measurement, ask = open_for_fit(path, settings)
     check_held_in_n50(ask.model, held or {})
     if settings.step == ALL_STEPS:
@@ -104,13 +109,14 @@ def characterisation_task(
     if not frames:
         remedy = "choose frames of excited shots, or another recording"
         raise InputError("there is no excited shot", where=str(path), remedy=remedy)
-    settings = replace(settings, window="d30", fixed=None, frames=tuple(frames), step=None)
+    derived = not ask.of_rotor  # quality factors are those of one angle's motion
+    settings = replace(settings, window="d30", fixed=None, derived=derived, frames=tuple(frames), step=None)
     return CharacterisationTask(path, settings, held, alpha, said)
 
 
 def check_held_in_n50(model: ModelChoice, held: Mapping[str, float]) -> None:
     """Raises InputError for what is no loss of the model, and where none is left to be fitted."""
-    losses = model_of(model).losses
+    losses = FitRequest(model).one_angle.ring_down_model.losses
     unknown = [name for name in held if name not in losses]
     if unknown:
         remedy = f"hold one of {', '.join(losses)}, or none"
@@ -126,10 +132,11 @@ def characterise(task: CharacterisationTask, workers: WorkerPool, tell: Tell) ->
     frame can be read.
     """
     began = time.perf_counter()
-    d30 = _fitted(task.path, task.settings, workers, lambda share: tell("D30 fits", 0.5 * share))
+    slow = _SLOW if task.opened()[1].of_rotor else ""
+    d30 = _fitted(task.path, task.settings, workers, lambda share: tell(f"D30 fits{slow}", 0.5 * share))
     held = _held(task, d30)
     settings = replace(task.settings, window="n50", fixed=held or None)
-    n50 = _fitted(task.path, settings, workers, lambda share: tell("N50 fits", 0.5 + 0.48 * share))
+    n50 = _fitted(task.path, settings, workers, lambda share: tell(f"N50 fits{slow}", 0.5 + 0.48 * share))
     tell("tables", 0.98)
     report = _report(task, n50, d30, held)
     return report.model_copy(update={"seconds": time.perf_counter() - began})
@@ -156,7 +163,7 @@ def _held(task: CharacterisationTask, d30: FitReport) -> dict[str, float]:
     """
     if task.held is not None:
         return dict(task.held)
-    losses = task.opened()[1].ring_down_model.losses
+    losses = task.opened()[1].one_angle.ring_down_model.losses
     known = [frame.values[HELD] for frame in d30.good_frames if HELD in frame.parameters]
     if len(losses) < 2 or HELD not in losses or not known:
         return {}
@@ -202,6 +209,7 @@ def _report(
         seconds=0.0,
     )
     notes = (*task.remarks, *notes_of(summary, task.held is not None, info), *without)
+    notes += (_OF_ONE_ANGLE,) if ask.of_rotor else ()
     return summary.model_copy(update={"notes": notes})
 
 
@@ -214,6 +222,8 @@ def _mean_budgets(
     """
     if len(d30.good_frames) < _FEWEST:
         return (), ()
+    if ask.of_rotor:
+        return (), ("the means have no uncertainty budget: influences are propagated through the model of one angle",)
     try:
         made = parts_of_fits(measurement, ask, d30.good_frames, n50.good_frames, held)
         return tuple(map(budget_report, made.budgets(COVERAGE).budgets)), ()
@@ -296,14 +306,14 @@ def _envelopes(
     ask: FitRequest, shown: FrameFit | None, n50: FitReport, receive_s: float
 ) -> tuple[EnvelopesReport, ...]:
     """By the shot's D30 fit and by its N50 fit, as far as they are there and know the moment."""
-    frames = [] if shown is None else [shown, *(f for f in n50.good_frames if f.frame == shown.frame)]
+    frames = [] if shown is None or ask.of_rotor else [shown, *(f for f in n50.good_frames if f.frame == shown.frame)]
     known = [frame for frame in frames if "m_r_am2" in frame.parameters]
     return tuple(frame_envelopes(ask.ring_down_model, f, _ENVELOPE_POINTS, receive_s) for f in known)
 
 
 def shown_shot(task: CharacterisationTask, report: CharacterisationReport) -> RingDownPlotData | None:
     """The shot of the figures with its D30 fit, made again; None if there is none."""
-    if report.shown_frame is None:
-        return None
     measurement, ask = task.opened()
+    if report.shown_frame is None or ask.of_rotor:
+        return None
     return ring_down_plot_data(measurement, report.shown_frame, ask.model, "d30")

@@ -152,6 +152,7 @@ def _rotor(effect: NamedEffect, found: DiagnosisReport) -> AdoptedRotorRecord:
         std=effect.strength.std,
         held={name: _number(effect, name) for name in HELD_WITH_A_DEFECT},
         ratio=ratio,
+        covariance=effect.covariance,
     )
 
 

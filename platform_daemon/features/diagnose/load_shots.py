@@ -123,7 +123,8 @@ def load_diagnosis_input(
             f"of {len(loaded.shots) + len(loaded.further)} shots {len(loaded.shots)}, evenly spread, are searched and "
             "fitted together; what is found is tried on the others"
         )
-    specimen = _specimen(loaded, model_of(chosen), tuple(m.path for m in measurements))
+    declared = model_of(chosen).under_weight(measurements[0].weight_over_pull())
+    specimen = _specimen(loaded, declared, tuple(m.path for m in measurements))
     return replace(specimen, sources={one.path: one.value_sources(numbers) for one, numbers in recorded})
 
 

@@ -25,6 +25,7 @@ from platform_daemon.estimation.calibration.uncertainty import systematic_std
 from platform_daemon.estimation.calibration.validity import ShotConditions, out_of_validity
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.series import SeriesNoise
+from platform_daemon.estimation.one_angle_error import with_one_angle_error
 from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.estimation.result import FitResult
 from platform_daemon.features.models.adopted_model import AdoptedModel
@@ -33,10 +34,11 @@ from platform_daemon.features.models.resolve import notes_of
 from .calibrated import FrameSignal, calibrated_signal, reason_of
 from .derived import frame_quantities, series_quantities
 from .fit_request import FitRequest
-from .fit_with_rotor import Refinement, unchanged, with_rotor
+from .fit_with_rotor import HOLDABLE, Refinement, unchanged, with_rotor
 from .frames import chosen_frames
 from .known_moment import implausible_moment
 from .measurement import Measurement, VoltageMeasurement
+from .rotor_context import rotor_context
 from .series.summary import summary
 
 FittedFrame = tuple[FrameFit, PlatformError | None]
@@ -116,16 +118,30 @@ def fit_frame_of(measurement: Measurement, k: int, ask: FitRequest) -> FitResult
 
 
 def _refinement(measurement: Measurement, k: int, ask: FitRequest) -> Refinement:
-    """What a model with a manufacturing error makes of the fit of one angle.  Raises RecordingError."""
+    """What is made of the fit of one angle: that of a rotor with a manufacturing error, or its errors are widened.
+
+    Raises RecordingError.
+    """
     if not isinstance(ask.model, AdoptedModel) or ask.model.rotor is None:
-        return unchanged
+        return _with_side_modes(measurement, k, ask)
     if not isinstance(measurement, VoltageMeasurement):
         why, remedy = "an angle tells nothing of the drive and of the other four degrees", f"fit {ask.model.base}"
         raise RecordingError(f"{ask.label} cannot be used here", where=str(measurement.path), why=why, remedy=remedy)
-    if ask.fixed or ask.hold_if_inseparable:
-        why, remedy = "beside what was adopted, the rotor's fit holds nothing", "leave --fix and --hint out"
+    if ask.hold_if_inseparable or not {*(ask.fixed or {})} <= {*HOLDABLE}:
+        why = f"beside what was adopted, the rotor's fit holds only {', '.join(HOLDABLE)}, and always"
+        remedy = "leave --hint and other names of --fix out"
         raise InputError(f"{ask.label} cannot be used here", where="fixed", why=why, remedy=remedy)
-    return with_rotor(measurement.recording, k, ask.model)
+    return with_rotor(measurement.recording, k, ask.model, ask.fixed or {})
+
+
+def _with_side_modes(measurement: Measurement, k: int, ask: FitRequest) -> Refinement:
+    """Errors with what one angle leaves out of a jewel's rotor, where it has a weight and its drive is known."""
+    if not ask.weight_over_pull or not isinstance(measurement, VoltageMeasurement) or measurement.calibration is None:
+        return unchanged
+    known, model = rotor_context(measurement.recording, k), ask.ring_down_model
+    if known is None:
+        return unchanged
+    return lambda record, noise, fit: with_one_angle_error(fit, record, noise, model, known)
 
 
 def fit_measurement(

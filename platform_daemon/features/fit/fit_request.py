@@ -61,6 +61,7 @@ class FitRequest:
         fixed: parameters held, by name.
         hold_if_inseparable: losses held only in frames whose window cannot tell them apart.
         moment_am2: what is known of the resonator's moment, A m^2; a fit that disagrees is warned of.
+        weight_over_pull: of a jewel's rotor, see `known_weight`.
     """
 
     model: ModelChoice
@@ -68,11 +69,17 @@ class FitRequest:
     fixed: Mapping[str, float] | None = None
     hold_if_inseparable: Mapping[str, float] | None = None
     moment_am2: float | None = None
+    weight_over_pull: float = 0.0
 
     @property
     def ring_down_model(self) -> RingDownModel:
         """What is fitted."""
-        return model_of(self.model)
+        return model_of(self.model).under_weight(self.weight_over_pull)
+
+    @property
+    def of_rotor(self) -> bool:
+        """The model holds a manufacturing error: fits take a rotor of five degrees of freedom."""
+        return isinstance(self.model, AdoptedModel) and self.model.rotor is not None
 
     @property
     def one_angle(self) -> FitRequest:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation, rotation_from_rodrigues
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.result import FitResult
-from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor
+from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor, with_errors_of_held
 from platform_daemon.estimation.rotor_fit.shot import RotorContext, RotorShot
 from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.schema import AdoptedRotorRecord
@@ -27,7 +27,8 @@ from platform_daemon.features.models.schema import AdoptedRotorRecord
 from .rotor_context import rotor_context
 
 Refinement = Callable[[RingDownRecord, NoiseModel | None, FitResult], FitResult]
-_PUBLIC = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
+HOLDABLE = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
+"""Parameters of one angle that the rotor has too."""
 _TURNS = ("turn_u_rad", "turn_v_rad", "turn_w_rad")
 _TURN_STEP_RAD = 1e-6
 
@@ -37,10 +38,11 @@ def unchanged(record: RingDownRecord, noise: NoiseModel | None, fit: FitResult) 
     return fit
 
 
-def with_rotor(recording: Recording, frame: int, model: AdoptedModel) -> Refinement:
+def with_rotor(recording: Recording, frame: int, model: AdoptedModel, fixed: Mapping[str, float]) -> Refinement:
     """What makes of a frame's fit of one angle that of the rotor, over the same window.
 
-    Raises RecordingError if the recording does not tell the resonator and its drive.
+    fixed: of HOLDABLE, values that the fit holds.  Raises RecordingError if the recording does not tell the resonator
+    and its drive.
     """
     known, error = rotor_context(recording, frame), model.rotor
     assert error is not None
@@ -52,11 +54,16 @@ def with_rotor(recording: Recording, frame: int, model: AdoptedModel) -> Refinem
             "resonator's geometry, a drive by a sine and a calibration",
             remedy=f"measure with a declared resonator, or fit {model.base}",
         )
-    return lambda record, noise, start: _refined(record, noise, start, known, error)
+    return lambda record, noise, start: _refined(record, noise, start, known, error, fixed)
 
 
 def _refined(
-    record: RingDownRecord, noise: NoiseModel | None, start: FitResult, known: RotorContext, error: AdoptedRotorRecord
+    record: RingDownRecord,
+    noise: NoiseModel | None,
+    start: FitResult,
+    known: RotorContext,
+    error: AdoptedRotorRecord,
+    fixed: Mapping[str, float],
 ) -> FitResult:
     if start.verdict != "good" or start.window_s is None:
         return start
@@ -64,10 +71,14 @@ def _refined(
         return FitResult("refused", reason="noise: it cannot be measured, and the rotor's fit is weighted by it")
     began = time.perf_counter()
     shot = _shot(record, noise, start, known, error)
-    held = (*error.held, error.parameter)
+    shot = replace(shot, values=shot.values.with_numbers(fixed))
+    held = (*error.held, error.parameter, *fixed)
     try:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             fit = fit_rotor([shot], None, pool, held=held)
+            if error.covariance is not None:
+                spread = np.array(error.covariance.matrix)
+                fit = with_errors_of_held(fit, error.covariance.parameters, spread, pool)
     except RotorFitError as failed:
         return FitResult("refused", reason=f"rotor: {failed} ({error.id} {error.strength:.4g} is held)")
     return replace(_result(start, fit, error), seconds=start.seconds + time.perf_counter() - began)
@@ -78,7 +89,7 @@ def _shot(
 ) -> RotorShot:
     """The window of the fit of one angle, with start values as far from that fit as in the diagnosis."""
     found = {name: each.value for name, each in start.parameters.items()}
-    at = {name: found[name] * error.ratio.get(name, 1.0) for name in _PUBLIC if name in found}
+    at = {name: found[name] * error.ratio.get(name, 1.0) for name in HOLDABLE if name in found}
     values = RotorValues(
         f_nat_hz=at["f_nat_hz"],
         m_r_am2=at["m_r_am2"],
@@ -103,7 +114,7 @@ def _shot(
 def _result(start: FitResult, fit: RotorFit, error: AdoptedRotorRecord) -> FitResult:
     """The published form; phi_max and psi, labels of the one-angle motion, stay those of its fit."""
     (shot,), (values,), (places,) = fit.shots, fit.values, fit.places
-    names = [name for name in _PUBLIC if name in places]
+    names = [name for name in HOLDABLE if name in places]
     covariance = fit.covariance[np.ix_(*[[places[n] for n in (*names, *_TURNS)]] * 2)]
     slope = np.eye(len(covariance))
     slope[-3:, -3:] = _rodrigues_by_turns(shot, values)
@@ -118,6 +129,7 @@ def _result(start: FitResult, fit: RotorFit, error: AdoptedRotorRecord) -> FitRe
     squares = float(np.sum(left**2))
     by_channel = np.mean((left / shot.sd[:, None]) ** 2, axis=1)
     held = f"{error.id} {error.strength:.6g}"
+    of_held = "without" if error.covariance is None else "with"
     return replace(
         start,
         parameters={name: own.get(name, old) for name, old in start.parameters.items()},
@@ -125,7 +137,7 @@ def _result(start: FitResult, fit: RotorFit, error: AdoptedRotorRecord) -> FitRe
         covariance_names=(*names, *RODRIGUES),
         notes=(
             *start.notes,
-            f"a rotor of five degrees of freedom with {held} held; errors are without those of what is held; "
+            f"a rotor of five degrees of freedom with {held} held; errors are {of_held} those of what is held; "
             "phi_max and psi are those of one angle",
         ),
         warnings=(),

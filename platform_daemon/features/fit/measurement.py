@@ -31,6 +31,7 @@ from .drive_hint import with_drive_hint
 from .fit_request import NAME_THE_VARIANT, FitRequest, FitSettings, check_fixed
 from .frames import chosen_frames
 from .known_moment import known_moment_am2
+from .known_weight import recorded_weight_over_pull
 from .noise import recording_noise
 
 PENDULUM = "thread"  # of which an angle is taken unless a variant is named
@@ -92,6 +93,10 @@ class Measurement(ABC):
     def moment_am2(self) -> float | None:
         """What is known of the moment of the resonator that the file names, A m^2."""
         return None
+
+    def weight_over_pull(self) -> float:
+        """Of the rotor of the resonator that the file names, see `known_weight`; 0: it is not known."""
+        return 0.0
 
     def value_sources(self, frames: Iterable[int]) -> tuple[ValueSource, ...]:
         """Where the values come from that these frames were made with, and the calibration; (): nothing is known."""
@@ -156,6 +161,10 @@ class VoltageMeasurement(Measurement):
     def moment_am2(self) -> float | None:
         """See Measurement."""
         return known_moment_am2(self.recording)
+
+    def weight_over_pull(self) -> float:
+        """See Measurement."""
+        return recorded_weight_over_pull(self.recording)
 
     def with_hint(self, k: int, fit: FitResult) -> FitResult:
         """See Measurement."""
@@ -258,7 +267,8 @@ def open_for_fit(path: Path, settings: FitSettings) -> tuple[Measurement, FitReq
     opened = open_measurement(path, settings.calibration)
     _, said = taken_frames(opened, settings.frames, settings.step)
     measurement, model = replace(opened, notes=(*opened.notes, *said)).under(settings.model, settings.terms)
-    ask = FitRequest(model, settings.window, settings.fixed, settings.hold_if_inseparable, measurement.moment_am2())
+    held = settings.fixed, settings.hold_if_inseparable
+    ask = FitRequest(model, settings.window, *held, measurement.moment_am2(), measurement.weight_over_pull())
     check_fixed(ask, calibrated=measurement.calibration is not None)
     return measurement, ask
 

@@ -95,6 +95,7 @@ class OnlineFit:
         from .fit import fit_frame, frame_report
         from .fit_request import FitRequest
         from .harmonics import shot_harmonics
+        from .known_weight import recorded_weight_over_pull
         from .noise import learn_noise
 
         recording = open_recording(self.file)
@@ -109,7 +110,8 @@ class OnlineFit:
         learn_noise(noise, rx, rate_hz, calibration, blank=self.blank)
         if self.blank:
             return ShotFit(pickle.dumps(noise), seen)
-        ask = FitRequest(choice, self.window, moment_am2=self.moment_am2)
+        weight = recorded_weight_over_pull(recording)
+        ask = FitRequest(choice, self.window, moment_am2=self.moment_am2, weight_over_pull=weight)
         taken = ShotConditions(self.temperature_c, self.calibration.lna_gain)
         fit = with_drive_hint(fit_frame(rx, rate_hz, calibration, ask, noise, taken), recording, 0)
         return ShotFit(pickle.dumps(noise), seen, pickle.dumps(fit), frame_report(0, fit))

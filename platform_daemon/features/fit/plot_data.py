@@ -44,7 +44,8 @@ def ring_down_plot_data(
     """What to draw of one frame: its calibrated signal with the fit over it, or without if the fit was refused."""
     used, chosen = measurement.under(model, terms)
     signal = used.signal(frame)
-    return plot_data_of(used, frame, signal.record, fit_signal(signal, FitRequest(chosen, window), used.noise()))
+    ask = FitRequest(chosen, window, weight_over_pull=used.weight_over_pull())
+    return plot_data_of(used, frame, signal.record, fit_signal(signal, ask, used.noise()))
 
 
 def plot_data_of(measurement: Measurement, frame: int, record: RingDownRecord, fit: FitResult) -> RingDownPlotData:

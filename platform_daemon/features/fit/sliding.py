@@ -44,10 +44,9 @@ def slide_frame(
     measurement, chosen = measurement.under(model, terms)
     record = measurement.signal(frame).record
     noise = measurement.noise().for_shot(record).model
+    model_used = model_of(chosen).under_weight(measurement.weight_over_pull())
     with _said_of(f"frame {frame}", options):
-        return fit_sliding(
-            record, model_of(chosen), window_s, step_s, lambda_mode=lambda_mode, noise=noise, bounds=bounds
-        )
+        return fit_sliding(record, model_used, window_s, step_s, lambda_mode=lambda_mode, noise=noise, bounds=bounds)
 
 
 @contextmanager

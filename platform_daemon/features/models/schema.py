@@ -13,7 +13,7 @@ from platform_daemon.core.schemas.base import (
     Schema,
     example,
 )
-from platform_daemon.core.schemas.fits import FileDigest
+from platform_daemon.core.schemas.fits import Covariance, FileDigest
 from platform_daemon.core.schemas.problems import UnreadableFile
 from platform_daemon.core.schemas.text import OneLine, SeveralLines
 from platform_daemon.diagnosis.report_schema import DiagnosisReport
@@ -66,6 +66,8 @@ class AdoptedRotorRecord(Schema):
     """What fits hold beside it, by public name, SI: distance of the magnets, friction, damping and creep."""
     ratio: dict[str, float]
     """Parameters of the rotor over those of one angle, by public name: where fits start."""
+    covariance: Absent[Covariance] = None
+    """Of the strength and of what is held beside it, which the errors of fits contain; absent: not known."""
 
 
 class AdoptionEvidence(Schema):

@@ -7,17 +7,19 @@ import math
 from platform_daemon.core.schemas.parameters import PARAMETERS, RODRIGUES, definition_of, names_in_order
 from platform_daemon.estimation.parameters import PARAMETER_NAMES
 from platform_daemon.estimation.physics.models import MODELS
-from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.estimation.physics.torques import IN_PLACE, TERMS
+
+LAWS = (*TERMS.values(), *IN_PLACE)
 
 
 def test_it_holds_every_parameter_of_every_model_in_the_order_of_the_fit() -> None:
-    further = [c.name for term in TERMS.values() for c in term.coefficients if c.name not in PARAMETER_NAMES]
+    further = dict.fromkeys(c.name for term in LAWS for c in term.coefficients if c.name not in PARAMETER_NAMES)
     assert list(PARAMETERS) == [*PARAMETER_NAMES, *further]
 
 
 def test_units_are_those_of_the_models() -> None:
     declared = {p.name: p.unit for model in MODELS.values() for p in model.parameters.values()}
-    declared |= {c.name: c.unit for term in TERMS.values() for c in term.coefficients}
+    declared |= {c.name: c.unit for term in LAWS for c in term.coefficients}
     assert {name: PARAMETERS[name].unit for name in declared} == declared
     assert set(declared) == set(PARAMETERS)
 

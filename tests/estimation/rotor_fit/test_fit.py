@@ -1,13 +1,22 @@
+import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from platform_daemon.diagnosis.thresholds import THRESHOLDS as DIAGNOSIS_LIMITS
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
-from platform_daemon.estimation.rotor_fit.fit import RotorFitError, exchanged, fit_rotor
+from platform_daemon.estimation.rotor_fit.fit import (
+    LIMITS,
+    RotorFitError,
+    exchanged,
+    fit_rotor,
+    with_errors_of_held,
+)
 from platform_daemon.estimation.rotor_fit.parameters import free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
+from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 from tests.kit.estimated_rotors import true_rotor
 from tests.kit.rigid_rotors import rigid_specimen
 
@@ -56,10 +65,31 @@ def test_two_shots_together_tell_the_tilt_and_their_own_values_from_a_start_far_
     assert found.places[0]["distance_m"] == found.places[1]["distance_m"]
 
 
+@pytest.mark.long
+def test_errors_with_those_of_what_is_held_are_those_of_a_fit_in_which_it_is_free(pool):
+    """Where both rest on the same shot this is an identity of linear algebra."""
+    shot, truth = tilted(6)
+    begun_at_truth = [replace(shot, values=truth)]
+    free = fit_rotor(begun_at_truth, "stator_tilt_rad", pool, first_window_s=1.0)
+    names = ("stator_tilt_rad", "distance_m", "side_damping_per_s")
+    rows = [free.places[0][name] for name in names]
+    known = free.covariance[np.ix_(rows, rows)]
+    held = fit_rotor([replace(shot, values=free.values[0])], None, pool, first_window_s=1.0, held=names)
+    whole = with_errors_of_held(held, names, known, pool)
+    for name in ("f_nat_hz", "m_r_am2", "lambda_per_s", "turn_v_rad"):
+        assert whole.std[0][name] == pytest.approx(free.std[0][name], rel=0.02), name
+        assert whole.std[0][name] ** 2 == pytest.approx(whole.covariance[(k := whole.places[0][name]), k])
+    assert whole.std[0]["f_nat_hz"] > 1.5 * held.std[0]["f_nat_hz"]
+
+
 def test_a_start_beyond_any_rotor_is_refused_in_words(pool):
     shot, truth = tilted(3)
     with pytest.raises(RotorFitError, match=r"balance nowhere|cannot be followed"):
         fit_rotor([replace(shot, values=replace(truth, stator_tilt_rad=1.5))], "stator_tilt_rad", pool)
+
+
+def test_the_last_window_but_one_ends_where_the_diagnosis_splits_a_single_shot():
+    assert FIT_LIMITS.rigid_rotor.predicting_share == DIAGNOSIS_LIMITS.regression.split_share
 
 
 def test_a_thread_has_no_friction_and_a_shot_after_another_has_its_swing():
@@ -74,16 +104,23 @@ def test_a_thread_has_no_friction_and_a_shot_after_another_has_its_swing():
 
 
 @pytest.mark.long
-def test_another_defect_starts_from_what_it_is_to_first_order_and_ends_where_it_falls_behind(pool):
-    """In a short window a displacement acts as a tilted stator does; over the whole shot a better fit ends it."""
+def test_another_defect_starts_from_what_it_is_to_first_order(pool):
+    """In a short window a displacement acts as a tilted stator does."""
     shot, truth = tilted(5)
     found = fit_rotor([replace(shot, values=truth)], "stator_tilt_rad", pool, first_window_s=0.05)
     (values,) = exchanged(found, "lateral_displacement_m", pool)
     assert values.stator_tilt_rad == pytest.approx(0.0, abs=1e-12)
-    begun_with = [replace(shot, values=values)]
-    other = fit_rotor(begun_with, "lateral_displacement_m", pool, first_window_s=0.05, beside=found)
+    other = fit_rotor([replace(shot, values=values)], "lateral_displacement_m", pool, first_window_s=0.05)
     assert abs(sum(other.chi2) - sum(found.chi2)) < 25
     assert abs(other.strength[0]) == pytest.approx(1.8e-4, rel=0.2)
-    better = replace(found, stages=tuple(replace(s, chi2=s.chi2 - 1e4) for s in found.stages))
-    with pytest.raises(RotorFitError, match="stator_tilt_rad explains the first"):
-        fit_rotor(begun_with, "lateral_displacement_m", pool, first_window_s=0.05, beside=better)
+
+
+@pytest.mark.long
+def test_what_is_known_beforehand_need_not_be_what_a_fit_starts_with(pool):
+    shot, truth = tilted(6)
+    far = replace(truth, distance_m=truth.distance_m + 4 * LIMITS.distance_sd_m)
+    at_truth = [replace(shot, values=truth)]
+    near = fit_rotor(at_truth, "stator_tilt_rad", pool, first_window_s=math.inf)
+    pulled = fit_rotor(at_truth, "stator_tilt_rad", pool, first_window_s=math.inf, known=[far])
+    assert pulled.values[0].distance_m > near.values[0].distance_m
+    assert sum(pulled.chi2) >= sum(near.chi2)

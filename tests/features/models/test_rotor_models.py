@@ -67,14 +67,14 @@ def test_it_is_held_and_takes_no_torque_beside_it(library):
         model_from_diagnosis(said, "both", "me", library, recordings=[])
 
 
-def test_a_recording_without_its_drive_is_refused_and_so_is_a_held_parameter(library):
+def test_a_recording_without_its_drive_is_refused_and_so_is_a_hint(library):
     made = tilted(library)
     measurement = VoltageMeasurement.of(open_recording(DATA / "example_thread.mmr.h5"))
-    ask = FitRequest(made, fixed={"f_nat_hz": 215.0})
+    ask = FitRequest(made, hold_if_inseparable={"lambda_per_s": 0.25})
     check_fixed(ask, calibrated=True)
     with pytest.raises(InputError, match="cannot be used here") as refused:
         fit_frame_of(measurement, 0, ask)
-    assert "leave --fix" in refused.value.remedy
+    assert "leave --hint" in refused.value.remedy
     with pytest.raises(InputError, match="cannot be used here") as refused:
         fit_frame_of(measurement, 0, FitRequest(made))
     assert "geometry" in refused.value.why

@@ -85,6 +85,10 @@ class RotorGeometry:
         field_t = self.inertia_kg_m2 * (2.0 * math.pi * f_nat_hz) ** 2 / m_r_am2
         return float(np.cbrt(PERMEABILITY * self.stator_moment_am2 / field_t))
 
+    def pull_n(self, f_nat_hz: float, distance_m: float) -> float:
+        """Attraction of the magnets, undeflected, N (eq:fm(phi))."""
+        return 3.0 * self.inertia_kg_m2 * (2.0 * math.pi * f_nat_hz) ** 2 / distance_m
+
 
 @dataclass(frozen=True, kw_only=True)
 class CoilDrive:
@@ -182,8 +186,7 @@ class RigidRotor:
 
     @property
     def _pull_n(self) -> float:
-        """Attraction of the magnets, undeflected, N (eq:fm(phi))."""
-        return 3.0 * self.geometry.inertia_kg_m2 * self.omega_rad_per_s**2 / self.values.distance_m
+        return self.geometry.pull_n(self.values.f_nat_hz, self.values.distance_m)
 
     @cached_property
     def parameters(self) -> Array:

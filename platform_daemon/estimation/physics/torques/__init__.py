@@ -12,6 +12,8 @@ frequency_drift: A natural frequency that changes while the resonator rings: f_n
 frequency_settling: A natural frequency that settles while the resonator rings: f_nat(t) = f_nat [1 + d tau (1 -
     exp(-t / tau))].
 hertz_friction: Dry friction of the Hertz contact, -sgn(phi') (T_f/I) cos^(4/3)(phi): eq:Jewel_ODE_norm.
+hertz_friction_under_weight: Dry friction of the Hertz contact under a weight, -sgn(phi') (T_f/I) (cos(phi) +
+    g)^(4/3).
 linear_restoring: The restoring torque of the small-angle regime, -phi in place of -sin(phi): after equ:ODE_norm.
 magnetic_restoring: The restoring torque of the stator magnet, -sin(phi): eq:T_m, eq:omega_nat.
 own_terms: Torque terms of other packages, found by entry point: each is compiled by itself, so that no kernel is
@@ -39,6 +41,7 @@ from .dispatch import TIMED_FROM
 from .frequency_drift import FREQUENCY_DRIFT
 from .frequency_settling import FREQUENCY_SETTLING
 from .hertz_friction import HERTZ_FRICTION
+from .hertz_friction_under_weight import HERTZ_FRICTION_UNDER_WEIGHT
 from .linear_restoring import LINEAR_RESTORING
 from .magnetic_restoring import MAGNETIC_RESTORING
 from .own_terms import own_terms
@@ -67,6 +70,8 @@ AUTONOMOUS = (
 TIMED = (FREQUENCY_DRIFT, FREQUENCY_SETTLING)
 # Terms that are compiled by themselves, without a decorator: no kernel is compiled again for one of them.
 SEPARATE_BUILT_IN: tuple[TorqueTerm, ...] = ()
+# In the place of a listed term where more is known of the resonator; nobody chooses them by name.
+IN_PLACE: tuple[TorqueTerm, ...] = (HERTZ_FRICTION_UNDER_WEIGHT,)
 FROM_PACKAGES, BROKEN = own_terms((*AUTONOMOUS, *TIMED, *SEPARATE_BUILT_IN))
 SEPARATE = (*SEPARATE_BUILT_IN, *FROM_PACKAGES)
 TERMS: dict[str, TorqueTerm] = {t.name: t for t in (*AUTONOMOUS, *TIMED, *SEPARATE)}
@@ -80,7 +85,7 @@ def code_of(term: TorqueTerm) -> int:
     Raises:
         ValueError: the term is not listed.
     """
-    if term in SEPARATE:
+    if term in SEPARATE or term in IN_PLACE:
         return -address_of(term.function, 4) if term.timed else address_of(term.function, 3)
     return TIMED_FROM + TIMED.index(term) if term.timed else AUTONOMOUS.index(term)
 
@@ -96,6 +101,8 @@ __all__ = [
     "FREQUENCY_SETTLING",
     "FROM_PACKAGES",
     "HERTZ_FRICTION",
+    "HERTZ_FRICTION_UNDER_WEIGHT",
+    "IN_PLACE",
     "LINEAR_RESTORING",
     "MAGNETIC_RESTORING",
     "OF_OTHER_SIGN_IN_MIRROR",

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.physics.torques import AUTONOMOUS, SEPARATE, TERMS, TIMED, code_of
+from platform_daemon.estimation.physics.torques import AUTONOMOUS, IN_PLACE, SEPARATE, TERMS, TIMED, code_of
 from platform_daemon.estimation.physics.torques.dispatch import acceleration, timed_acceleration
 
 STATES = [(0.3, 0.2), (-1.2, 0.9), (1.0, 1e-3), (-0.05, 1.6)]  # phi, |v|; nowhere a kink
 U = 37.0
-ALL = pytest.mark.parametrize("term", TERMS.values(), ids=TERMS)
+LAWS = {**TERMS, **{term.function.__name__: term for term in IN_PLACE}}
+ALL = pytest.mark.parametrize("term", LAWS.values(), ids=LAWS)
 DIRECTIONS = pytest.mark.parametrize("sigma", [1.0, -1.0])
 
 
