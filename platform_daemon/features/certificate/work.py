@@ -94,7 +94,7 @@ def certificate_of(
         cone_rad=found.cone_rad,
         valid_until=_valid_until(said),
         not_contained=_not_contained(stated),
-        files=file_digests([measurement.path]),
+        files=(*file_digests([measurement.path]), *(() if sensor is None else sensor.files)),
     )
 
 

@@ -40,7 +40,9 @@ def test_every_shot_is_a_reading_from_the_moment_of_the_calibration_on(tmp_path)
         job, calibration = measured(14)
         assert not list(lab.events(job, kinds=("measurand",)))
         file.write_text(barometer(calibration, PERIOD_S))
-        done = here("measurand", "calibrate", specimen, calibration, "--reference", file, "--measurands", data / "measurands")
+        done = here(
+            "measurand", "calibrate", specimen, calibration, "--reference", file, "--measurands", data / "measurands"
+        )
         assert done.returncode == 0, done.stderr
         (made,) = lab.measurands()
         assert made.specimen == shipped.name
@@ -52,7 +54,11 @@ def test_every_shot_is_a_reading_from_the_moment_of_the_calibration_on(tmp_path)
         assert {(each.specimen, each.unit, each.calibration) for each in told} == {(shipped.name, "mbar", made.label)}
         truth = dict(enumerate(pressures(blind), start=1))
         read = [each for each in told if each.value is not None]
-        assert len(read) >= 4, told  # a shot of the highest pressure may lie beyond those of the calibration
+        assert len(read) >= 4, (
+            truth,
+            made,
+            [each.reason for each in told],
+        )  # a shot of the highest pressure may lie beyond those of the calibration
         assert all("outside of the calibration" in each.reason for each in told if each.value is None)
         # All readings share the errors of one calibration, so that they are outside of U together or not at all.
         assert all(abs(each.value - truth[each.shot]) <= 2.0 * each.U for each in read)
