@@ -1,4 +1,4 @@
-"""Pressure sensors whose truth is known, made up or of the simulated platform, and readings of a barometer beside them."""
+"""Pressure sensors whose truth is known, and readings of a barometer beside them."""
 
 from __future__ import annotations
 

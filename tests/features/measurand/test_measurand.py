@@ -1,9 +1,7 @@
 """Resonators as sensors: calibrated against a noisy reference with lag, read blind, and what is refused."""
 
 import json
-import math
 from dataclasses import replace
-from datetime import UTC, datetime
 
 import numpy as np
 import pytest
