@@ -10,7 +10,7 @@ PAGES := page
 # Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: paper-wound reproduce-kills coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study defect-study perfect-rotors angle-study clean
+.PHONY: paper-wound reproduce-kills coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study defect-study perfect-rotors angle-study clean off-centre
 
 install: $(STAMP)
 
@@ -186,6 +186,10 @@ coverage-study: install
 coverage-campaign: install
 	$(BIN)/python -m tests.campaigns.uncertainty_coverage --page docs/evidence/uncertainty-coverage.md $(COVERAGE)
 	$(BIN)/python -m tests.evidence --measured uncertainty-coverage
+
+# Which distances of a rotor from the centre of its coils a budget names, as a table; `--page FILE` writes it.
+off-centre: install
+	$(BIN)/python -m tests.campaigns.off_centre $(OFF_CENTRE)
 
 # `make fault-campaign FAULTS='--only "switch RX"'` is a short one; the journal lets an interrupted one go on.
 fault-campaign: install

@@ -32,6 +32,7 @@ def request_from(
     """
     keys, table = keys_of(model), {} if base is None else base.model_dump()
     taken: dict[tuple[str, ...], str] = {}
+    found: list[tuple[tuple[str, ...], str, Any]] = []
     for name, value in values.items():
         key = keys.get(name)
         if key is None and name not in model.model_fields:
@@ -40,18 +41,27 @@ def request_from(
             raise InputError(f"there is no argument {name!r}", where=where, remedy=remedy)
         path = (name,) if key is None else key.path
         if path in taken:
-            remedy = "give one of the two"
-            raise InputError(f"{name} and {taken[path]} are the same", where=where, remedy=remedy)
+            raise _twice(name, taken[path], where)
         taken[path] = name
+        found.append((path, name, _plain(value if key is None else key.value(value))))
+    for path, name, value in sorted(found, key=lambda each: len(each[0])):  # a table before what is added to it
         place: dict[str, Any] = table
-        for part in path[:-1]:
+        for k, part in enumerate(path[:-1], start=1):
+            if isinstance(place.get(part), BaseModel):
+                place[part] = place[part].model_dump(exclude_unset=True)
             place = place.setdefault(part, {})
-        place[path[-1]] = _plain(value if key is None else key.value(value))
+            if path[:k] in taken and path[k] in place:
+                raise _twice(name, f"{path[k]} of {taken[path[:k]]}", where)
+        place[path[-1]] = value
     try:
         return validated(model, table, where)
     except ConfigError as error:
         remedy = f"help(Client.{where}) says of every argument what it means, its unit and its limits"
         raise InputError(error.what, where=error.where, why=error.why, remedy=remedy) from None
+
+
+def _twice(name: str, other: str, where: str) -> InputError:
+    return InputError(f"{name} and {other} are the same", where=where, remedy="give one of the two")
 
 
 def _plain(value: Any) -> Any:

@@ -1,9 +1,11 @@
-"""A pressure sensor whose truth is known: shots of it, and readings of a barometer beside it."""
+"""Pressure sensors whose truth is known, and readings of a barometer beside them."""
 
 from __future__ import annotations
 
+import math
 from datetime import UTC, datetime
 
+import h5py
 import numpy as np
 
 from drivers.specimen import Measurand
@@ -57,3 +59,27 @@ class PressureSensor:
         times = np.arange(begin_s - 600.0, end_s + 600.0, step_s)
         noise = BAROMETER_MBAR * self.random.standard_normal(len(times))
         return Reference(times, self.at(times)[0] + self.barometer_mbar + noise, np.full(len(times), BAROMETER_MBAR))
+
+
+def pressures(file):
+    """Of the housing of the simulated resonator, mbar, for each shot of a recording."""
+    with h5py.File(file) as h5:
+        return h5["simulation/values/simulated.pressure_mbar"][:]
+
+
+def barometer(file, period_s):
+    """A file of a reference: what a barometer reads every 5 s while a recording is made, as the truth of its shots,
+    a sine of that period, says; with noise."""
+    with h5py.File(file) as h5:
+        stamps = [stamp.decode() for stamp in h5["frames/time_stamp"][:]]
+    times = np.array([datetime.fromisoformat(stamp).timestamp() for stamp in stamps])
+    dense = np.arange(times[0] - 20.0, times[-1] + 20.0, 5.0)
+
+    def columns(at):
+        phase = 2.0 * math.pi / period_s * (at - times[0])
+        return np.column_stack([np.ones(len(at)), np.sin(phase), np.cos(phase)])
+
+    mbar = columns(dense) @ np.linalg.lstsq(columns(times), pressures(file), rcond=None)[0]
+    mbar += BAROMETER_MBAR * np.random.default_rng(0).standard_normal(len(dense))
+    rows = [f"{datetime.fromtimestamp(t, UTC).isoformat()},{x:.4f},0.1" for t, x in zip(dense, mbar, strict=True)]
+    return "\n".join(["time,pressure [mbar],u [mbar]", *rows])

@@ -132,6 +132,22 @@ def test_a_metrologist_comes_from_a_specimen_to_its_recordings_and_sees_the_temp
     expect(page.get_by_role("img", name="temperature / °C by shot")).to_be_visible()
 
 
+def test_the_budget_of_a_recording_says_what_contributes_and_what_nobody_has_declared(browse, daemon, measured):
+    told = daemon.get(f"/recordings/{measured}/budget", params={"quantity": "m_r_am2"}).json()
+    page = browse().page
+    open_view(page, f"recordings/{measured}")
+    page.get_by_label("Uncertainty of").select_option("m_r_am2")
+    page.get_by_role("button", name="Show the budget").click()
+    rows = page.get_by_role("table", name="What contributes").locator("tbody tr")
+    large = [line for line in told["inputs"] if line["contribution"] >= 0.01 * told["u"]]
+    expect(rows).to_have_count(len(large))
+    expect(rows.first).to_contain_text(large[0]["name"])
+    assert float(rows.first.locator("meter").get_attribute("max")) == pytest.approx(told["u"])
+    assert rows.first.locator("meter").evaluate("each => each.value") == pytest.approx(large[0]["contribution"])
+    expect(page.get_by_role("table", name="Not declared")).to_contain_text(told["not_declared"][0]["name"])
+    assert Axe().run(page).response["violations"] == []
+
+
 @QUICK
 def test_a_series_is_started_by_keys_alone_after_its_dry_run(browse, daemon):
     visited = browse()

@@ -86,13 +86,16 @@ def derivatives_of(
     block: int,
     dt_s: float,
     sd: Array | None = None,
+    trajectory: Trajectory | None = None,
 ) -> Array:
     """Block means of the signal's derivatives by all parameters, (size, channels, blocks).
 
-    sd: (channels, 2) that odd and even harmonics are divided by, None: 1.
+    sd: (channels, 2) that odd and even harmonics are divided by, None: 1.  trajectory: that of the state to the end of
+    the blocks at least, None: it is traced.
     """
-    d, seen = state.dynamics, state.observation
-    trajectory = Trajectory(model, d, (first + blocks * block) * dt_s)
+    seen = state.observation
+    if trajectory is None:
+        trajectory = Trajectory(model, state.dynamics, (first + blocks * block) * dt_s)
     jacobian = coefficient_jacobian(model, state)
     if sd is not None:
         jacobian = jacobian / sd[:, is_even(state, jacobian.shape[2]).astype(np.int64)]

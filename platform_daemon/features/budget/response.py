@@ -78,7 +78,7 @@ def response_of(fit: FitResult, record: RingDownRecord) -> Response:
     blocks = (stop - first) // block
     last = first + blocks * block
 
-    trajectory = Trajectory(model, state.dynamics, last / rate)
+    trajectory = Trajectory(model, state.dynamics, (place + blocks) * block / rate)
     basis = trajectory.basis(first, last, 1.0 / rate, state.observation.observable)
     gains = state.observation.gains(state.dynamics.w)
     odd, even = gains[:, :1] * basis[0], gains[:, 1:] * basis[1]
@@ -92,7 +92,9 @@ def response_of(fit: FitResult, record: RingDownRecord) -> Response:
     free = _free(fit, len(state.dynamics.values), state.size)
 
     def rows_by(sd: Array) -> Array:
-        found = derivatives_of(model, state, first=place, blocks=blocks, block=1, dt_s=block / rate, sd=sd)
+        found = derivatives_of(
+            model, state, first=place, blocks=blocks, block=1, dt_s=block / rate, sd=sd, trajectory=trajectory
+        )
         return found[free].reshape(int(free.sum()), -1)
 
     rows = rows_by(sd)
@@ -101,8 +103,10 @@ def response_of(fit: FitResult, record: RingDownRecord) -> Response:
     names, _, published = public_jacobian(model, state)
     scale = np.linalg.norm(rows, axis=1)  # columns of one size: the parameters have units
     triangle = np.asarray(np.linalg.qr((rows / scale[:, None]).T, mode="r"), np.float64)
-    inverse = np.linalg.solve(triangle, np.linalg.solve(triangle.T, weighted / scale[:, None]))
-    per_sample = (published[:, free] / scale @ inverse).reshape(len(published), len(own), blocks)
+    inverse = np.linalg.inv(triangle)  # of a few rows: solving for each of the samples takes longer than all the rest
+    per_sample = (published[:, free] / scale @ inverse @ inverse.T / scale @ weighted).reshape(
+        len(published), len(own), blocks
+    )
     scaled_rows = (rows / scale[:, None]).reshape(len(rows), len(own), blocks)
     scaled_rows = scaled_rows * (sd[:, :1] / deviations[:, None])
     return Response(

@@ -133,8 +133,7 @@ def parts_of_shot(
     difference = std = None
     if short is not None and short.verdict == "good":
         difference, std = differences(names, [frame_report(frame, used)], [frame_report(frame, short)])
-        other = _situation(measurement, (frame,), frame, short, declared)
-        std = np.hypot(std, explained(effects, effects_of(other)))
+        std = np.hypot(std, explained(effects, effects_of(_by_fit(given, short, measurement, frame))))
     own = np.zeros((len(names), len(names)))
     free = [names.index(name) for name in used.covariance_names]
     own[np.ix_(free, free)] = used.covariance
@@ -263,8 +262,7 @@ def _mean_of(
         by_frame = {report.frame: report for report in reports}
         difference, std = differences(given.names, [by_frame[fit.frame] for fit in short], short)
         if used_short is not None:
-            other = effects_of(_situation(measurement, good, middle, used_short, declared))
-            std = np.hypot(std, explained(effects, other))
+            std = np.hypot(std, explained(effects, effects_of(_by_fit(given, used_short, measurement, middle))))
         told = replace(told, difference=difference, difference_std=std)
     return BudgetParts(effects, given, told, good)
 
@@ -325,6 +323,13 @@ def _situation(
         measured=day,
         temperature_c=fmean(temperatures) if temperatures else None,
     )
+
+
+def _by_fit(given: Situation, fit: FitResult, measurement: Measurement, frame: int) -> Situation:
+    """The same of another fit of the frame."""
+    if given.response is None:
+        return replace(given, fit=fit)
+    return replace(given, fit=fit, response=response_of(fit, measurement.signal(frame).record))
 
 
 def budgets_by(

@@ -9,6 +9,7 @@ import typer
 
 from platform_daemon.core.command_line.options import CalibrationOption, ForceOption, calibration_in
 from platform_daemon.core.command_line.output import must_not_exist, say_note, write_json, write_page
+from platform_daemon.features.measurand.command import DEFAULT_FOLDER, FolderOption
 
 
 def certificate(
@@ -22,6 +23,10 @@ def certificate(
     ] = None,
     coverage: Annotated[float, typer.Option(help="Probability of the interval value ± U.")] = 0.95,
     calibration: CalibrationOption = None,
+    measurand: Annotated[
+        str | None, typer.Option(help="Certify it as a sensor, too: KEY or KEY@VERSION of its calibration.")
+    ] = None,
+    measurands: FolderOption = DEFAULT_FOLDER,
     force: ForceOption = False,
 ) -> None:
     """Make a calibration certificate of a specimen: HTML, PDF/A, DCC (XML) and JSON."""
@@ -33,6 +38,7 @@ def certificate(
     from platform_daemon.features.budget.declared import declared_by
     from platform_daemon.features.fit.fit_request import FitSettings
     from platform_daemon.features.fit.measurement import open_for_fit
+    from platform_daemon.features.measurand.library import Measurands
 
     from .dcc import dcc_xml
     from .page import certificate_page
@@ -47,11 +53,19 @@ def certificate(
     who = read_details(details)
     declared = None if uncertainty is None else declared_by(uncertainty)
     found, _ = load_specimen(specimen)
+    sensor = None if measurand is None else Measurands(measurands).get(measurand)
     measurement, ask = open_for_fit(file, FitSettings(None, "d30", calibration=calibration_in(calibration)))
     say_note(measurement.path, measurement.other_layout)
     compile_fit()
     report = certificate_of(
-        found, measurement, ask, who, declared=declared, issued=datetime.now(UTC).date(), coverage=coverage
+        found,
+        measurement,
+        ask,
+        who,
+        declared=declared,
+        sensor=sensor,
+        issued=datetime.now(UTC).date(),
+        coverage=coverage,
     )
     write_page(html, certificate_page(report))
     write_file(pdf, certificate_pdf(report))

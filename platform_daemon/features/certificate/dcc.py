@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from decimal import Decimal
 from xml.etree import ElementTree
 
@@ -10,8 +11,8 @@ from platform_daemon import __version__
 from platform_daemon.core.schemas.parameters import definition_of
 from platform_daemon.features.budget.schema import BudgetReport
 
-from .schema import CertificateContact, CertificateReport
-from .words import TITLE, statement
+from .schema import CertificateContact, CertificateReport, SensorPart
+from .words import TITLE, sensor_statement, statement
 
 VERSION = "3.2.1"
 DCC, SI = "https://ptb.de/dcc", "https://ptb.de/si"
@@ -21,6 +22,24 @@ _UNITS = {
     "1/s": r"\second\tothe{-1}",
     "rad/s^2": r"\radian\second\tothe{-2}",
 }
+_UNITS_OF_MEASURANDS = {
+    "Pa": r"\pascal",
+    "hPa": r"\hecto\pascal",
+    "mbar": r"\hecto\pascal",  # the same size, by its name in the SI
+    "kPa": r"\kilo\pascal",
+    "degC": r"\degreecelsius",
+    "°C": r"\degreecelsius",
+    "K": r"\kelvin",
+    "m": r"\metre",
+    "mm": r"\milli\metre",
+    "um": r"\micro\metre",
+    "T": r"\tesla",
+    "mT": r"\milli\tesla",
+    "uT": r"\micro\tesla",
+    "N": r"\newton",
+    "mN": r"\milli\newton",
+}
+"""Units that a measurand may have, in words of D-SI; a quantity in another one is written as text."""
 Element = ElementTree.Element
 
 
@@ -90,10 +109,46 @@ def _result(to: Element, report: CertificateReport) -> None:
         each = _add(results, "result")
         _text(each, "name", budget.quantity)
         _budget(_add(_add(each, "data"), "quantity"), budget)
+    if report.sensor is not None:
+        _sensor(_add(results, "result"), report.sensor)
     for file in report.files:
         each = _add(results, "result")
         _text(each, "name", f"raw data {file.file}")
         _text(_add(each, "data"), "text", f"SHA-256 {file.sha256}, {file.size_bytes} bytes")
+
+
+def _sensor(to: Element, sensor: SensorPart) -> None:
+    """A list of two quantities of one length: the frequency, and the measurand with U of one shot."""
+    _text(to, "name", sensor.name)
+    data = _add(to, "data")
+    _text(data, "text", sensor_statement(sensor))
+    both = _add(data, "list")
+    frequency = _add(both, "quantity")
+    _text(frequency, "name", "f_nat_hz")
+    _real_list(frequency, [point.f_nat_hz for point in sensor.points], _UNITS["Hz"])
+    measurand = _add(both, "quantity")
+    _text(measurand, "name", sensor.name)
+    unit = _UNITS_OF_MEASURANDS.get(sensor.unit)
+    if unit is None:
+        lines = (f"{p.value:.10g} {sensor.unit}, U = {p.U:.3g} {sensor.unit} (k = {p.k:.2f})" for p in sensor.points)
+        _text(measurand, "noQuantity", "; ".join(lines))
+        return
+    values = _real_list(measurand, [point.value for point in sensor.points], unit)
+    expanded = ElementTree.SubElement(values, f"{{{SI}}}expandedUncXMLList")
+    _si(expanded, "uncertaintyXMLList", _decimals([point.U for point in sensor.points]))
+    _si(expanded, "coverageFactorXMLList", _decimals([point.k for point in sensor.points]))
+    _si(expanded, "coverageProbabilityXMLList", _decimal(sensor.coverage))
+
+
+def _real_list(to: Element, values: Sequence[float], unit: str) -> Element:
+    found = ElementTree.SubElement(to, f"{{{SI}}}realListXMLList")
+    _si(found, "valueXMLList", _decimals(values))
+    _si(found, "unitXMLList", unit)
+    return found
+
+
+def _decimals(values: Sequence[float]) -> str:
+    return " ".join(map(_decimal, values))
 
 
 def _budget(to: Element, budget: BudgetReport) -> None:

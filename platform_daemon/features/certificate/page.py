@@ -5,7 +5,7 @@ from __future__ import annotations
 from platform_daemon.core.reporting.page import page
 
 from .schema import CertificateReport
-from .words import TITLE, facts, result_row, statement
+from .words import TITLE, facts, result_row, sensor_rows, sensor_statement, statement
 
 
 def certificate_page(report: CertificateReport) -> bytes:
@@ -19,4 +19,6 @@ def certificate_page(report: CertificateReport) -> bytes:
         facts=facts(report),
         rows=rows,
         statement=statement(report),
+        sensor_rows=[] if report.sensor is None else sensor_rows(report.sensor),
+        sensor_statement="" if report.sensor is None else sensor_statement(report.sensor),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from fpdf import FPDF
 from fpdf.enums import DocumentCompliance
 
 from .schema import CertificateReport
-from .words import TITLE, facts, result_row, statement
+from .words import TITLE, facts, result_row, sensor_rows, sensor_statement, statement
 
 _FONT = "DejaVu"
 _LINE_MM, _SIZE = 5.5, 9.0
@@ -32,13 +33,12 @@ def certificate_pdf(report: CertificateReport) -> bytes:
     for name, value in facts(report):
         _pair(pdf, name, value)
     _heading(pdf, "Results")
-    pdf.set_font(_FONT, "", _SIZE)
-    with pdf.table(first_row_as_headings=True, line_height=_LINE_MM) as table:
-        for cells in (("quantity", "value", "U", "k"), *map(result_row, report.results)):
-            row = table.row()
-            for cell in cells:
-                row.cell(cell)
+    _table(pdf, [("quantity", "value", "U", "k"), *map(result_row, report.results)])
     _paragraph(pdf, statement(report))
+    if report.sensor is not None:
+        _heading(pdf, f"As a sensor of {report.sensor.name}")
+        _table(pdf, sensor_rows(report.sensor))
+        _paragraph(pdf, sensor_statement(report.sensor))
     _list(pdf, "Method", report.method)
     _list(pdf, "Traceability", [f"{each.name}: u = {each.u:.4g}; {each.source}" for each in report.traceability])
     _list(pdf, "Not contained in U", report.not_contained or ("nothing that is known of",))
@@ -47,6 +47,16 @@ def certificate_pdf(report: CertificateReport) -> bytes:
     pdf.ln(14)
     _paragraph(pdf, f"{report.person}, {report.laboratory.name}                    Date:")
     return bytes(pdf.output())
+
+
+def _table(pdf: FPDF, rows: Sequence[Sequence[str]]) -> None:
+    """The first row is the heading."""
+    pdf.set_font(_FONT, "", _SIZE)
+    with pdf.table(first_row_as_headings=True, line_height=_LINE_MM) as table:
+        for cells in rows:
+            row = table.row()
+            for cell in cells:
+                row.cell(cell)
 
 
 def _heading(pdf: FPDF, text: str) -> None:

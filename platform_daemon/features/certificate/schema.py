@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from platform_daemon.core.schemas.base import Schema
+from platform_daemon.core.schemas.base import Absent, Schema
 from platform_daemon.core.schemas.fits import FileDigest
 from platform_daemon.features.budget.schema import BudgetReport
 
@@ -27,6 +27,46 @@ class TraceabilityLine(Schema):
     """Standard uncertainty, in the unit of the input."""
     source: str
     """Instrument, certificate or observation."""
+
+
+class SensorPoint(Schema):
+    """What one shot of a sensor is good for, at one place of its range."""
+
+    value: float
+    """In the unit of the measurand."""
+    f_nat_hz: float
+    """Natural frequency there, Hz, at the temperature of the curve."""
+    U: float
+    """Expanded uncertainty of the measurand by one shot, in its unit."""
+    k: float
+    """Coverage factor."""
+
+
+class SensorPart(Schema):
+    """The calibration of the resonator as a sensor."""
+
+    calibration: str
+    """KEY@VERSION."""
+    name: str
+    """The quantity in words."""
+    unit: str
+    """Its unit."""
+    coverage: float
+    """Probability with which value ± U covers the quantity."""
+    temperature_c: float | None
+    """Temperature of the curve, degrees Celsius; null: it is not corrected for it."""
+    temperature_from_c: float | None
+    """Lowest temperature that it holds for, degrees Celsius; null: not measured."""
+    temperature_to_c: float | None
+    """Highest one."""
+    calibrated_from: str
+    """When the calibration began, ISO 8601."""
+    calibrated_to: str
+    """When it ended, ISO 8601."""
+    points: tuple[SensorPoint, ...]
+    """From the lowest to the highest value that it holds for."""
+    notes: tuple[str, ...]
+    """What must be known when it is used."""
 
 
 class CertificateReport(Schema):
@@ -62,6 +102,8 @@ class CertificateReport(Schema):
     """The inputs of type B, and the calibration."""
     results: tuple[BudgetReport, ...]
     """The values with their budgets."""
+    sensor: Absent[SensorPart] = None
+    """Of a resonator that is calibrated as a sensor; missing: none was asked for."""
     cone_rad: float | None
     """Half angle of the cone that contains a direction fixed to the rotor, at the coverage, rad; null: none."""
     valid_until: str | None
@@ -69,4 +111,4 @@ class CertificateReport(Schema):
     not_contained: tuple[str, ...]
     """Influences that U does not contain, with what they add per unit."""
     files: tuple[FileDigest, ...]
-    """Recordings."""
+    """Recordings, and what the calibration of a sensor was made of."""

@@ -7,7 +7,7 @@ import math
 from platform_daemon.core.schemas.parameters import definition_of
 from platform_daemon.features.budget.schema import BudgetReport
 
-from .schema import CertificateReport
+from .schema import CertificateReport, SensorPart
 
 TITLE = "Calibration certificate"
 
@@ -50,3 +50,24 @@ def statement(report: CertificateReport) -> str:
     if report.cone_rad is not None:
         text += f" The orientation of the rotor is known within a cone of {math.degrees(report.cone_rad):.2g}°."
     return text
+
+
+def sensor_rows(sensor: SensorPart) -> list[tuple[str, str, str, str]]:
+    """Heading, and a line for each place of the range: quantity, frequency, U of one shot, and k."""
+    heading = (f"{sensor.name} / {sensor.unit}", "f_nat / Hz", f"U of one shot / {sensor.unit}", "k")
+    lines = [(f"{p.value:.6g}", f"{p.f_nat_hz:.4f}", f"{p.U:.2g}", f"{p.k:.2f}") for p in sensor.points]
+    return [heading, *lines]
+
+
+def sensor_statement(sensor: SensorPart) -> str:
+    """What the calibration holds for."""
+    low, high = sensor.points[0].value, sensor.points[-1].value
+    text = (
+        f"As a sensor of {sensor.name} by the calibration {sensor.calibration} of {sensor.calibrated_from[:10]} to "
+        f"{sensor.calibrated_to[:10]}, the resonator holds from {low:.6g} to {high:.6g} {sensor.unit}"
+    )
+    if sensor.temperature_from_c is not None and sensor.temperature_to_c is not None:
+        text += f" and from {sensor.temperature_from_c:.2f} to {sensor.temperature_to_c:.2f} °C"
+    if sensor.temperature_c is not None:
+        text += f"; the frequencies are those at {sensor.temperature_c:.2f} °C"
+    return " ".join((f"{text}.", *(f"{note[0].upper()}{note[1:]}." for note in sensor.notes)))

@@ -20,10 +20,12 @@ from platform_daemon.features.diagnose.evidence import file_digests
 from platform_daemon.features.fit.fit_request import FitRequest
 from platform_daemon.features.fit.known_moment import declared_specimen
 from platform_daemon.features.fit.measurement import Measurement, VoltageMeasurement
+from platform_daemon.features.measurand.schema import MeasurandCalibration
 from platform_daemon.uncertainty.budget import Budget
 
 from .details import CertificateDetails, Contact
 from .schema import CertificateContact, CertificateReport, TraceabilityLine
+from .sensor_part import reference_line, sensor_part
 
 STATED = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
 """Parameters that a certificate states, as far as the model has them."""
@@ -36,13 +38,15 @@ def certificate_of(
     details: CertificateDetails,
     *,
     declared: DeclaredUncertainty | None = None,
+    sensor: MeasurandCalibration | None = None,
     issued: date,
     coverage: float = 0.95,
 ) -> CertificateReport:
     """The certificate of a specimen by one recording of several shots.
 
-    declared: before what the recording declares.  Raises InputError for a recording of another specimen, one without
-    calibration, and where an influence that nobody has declared dominates, or one whose effect is not known.
+    declared: before what the recording declares.  sensor: its calibration as a sensor, None: it is certified as none.
+    Raises InputError for a recording or a calibration of another specimen, a recording without receive calibration, and
+    where an influence that nobody has declared dominates, or one whose effect is not known.
     """
     where = str(measurement.path)
     recording = measurement.recording if isinstance(measurement, VoltageMeasurement) else None
@@ -53,6 +57,7 @@ def certificate_of(
     if own is None or own.name != specimen.name:
         what = f"it is of {own.name!r}, not of {specimen.name!r}" if own is not None else "it names no resonator"
         raise InputError(what, where=where, remedy="give a recording of the specimen")
+    part = None if sensor is None else sensor_part(sensor, specimen.name, coverage)
     found = series_budgets(measurement, ask, declared=declared, coverage=coverage)
     stated = [each for each in found.budgets if each.quantity in STATED]
     refuse_dominated(stated, where)
@@ -83,12 +88,13 @@ def certificate_of(
         measured_to=days[-1].isoformat(),
         temperature_c=found.temperature_c,
         shots=len(found.frames),
-        traceability=_traceability(results),
+        traceability=(*_traceability(results), *(() if sensor is None else reference_line(sensor))),
         results=results,
+        sensor=part,
         cone_rad=found.cone_rad,
         valid_until=_valid_until(said),
         not_contained=_not_contained(stated),
-        files=file_digests([measurement.path]),
+        files=(*file_digests([measurement.path]), *(() if sensor is None else sensor.files)),
     )
 
 

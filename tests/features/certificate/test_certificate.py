@@ -5,14 +5,21 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from lxml import etree
 
 import platform_daemon as pd_
+from platform_daemon.core.settings import load_specimen
+from platform_daemon.features.certificate.dcc import dcc_xml
+from platform_daemon.features.certificate.schema import CertificateReport
 from platform_daemon.features.certificate.work import refuse_dominated
+from platform_daemon.features.measurand.library import Measurands
+from platform_daemon.features.measurand.work import calibrated
 from platform_daemon.uncertainty.budget import Budget, NotDeclared
 from tests.kit.command_line import assert_one_line_error, here
 from tests.kit.data import DATA
+from tests.kit.pressure_sensor import PRESSURE, START_S, PressureSensor
 
 DETAILS = """
 number = "MMR-2026-0001"
@@ -73,6 +80,69 @@ def test_it_names_item_method_traceability_and_raw_data(issued, measured):
     page = (issued / "c.html").read_text(encoding="utf-8")
     for said in ("MMR-2026-0001", "Lübeck", "Signature", report["files"][0]["sha256"]):
         assert said in page
+
+
+@pytest.fixture(scope="module")
+def sensor(issued, measured):
+    """The jewel of the recording, calibrated as a sensor of pressure; and a certificate that says so."""
+    shots, _ = PressureSensor(3).shots(START_S, 100, 900.0)
+    reference = PressureSensor(3).reference(START_S, START_S + 90e3)
+    folder = issued / "measurands"
+    name = load_specimen("jewel")[0].name
+    made = Measurands(folder).add(calibrated(name, PRESSURE, shots, reference, 1))
+    silent = calibrated(name, PRESSURE.model_copy(update={"reference": None}), shots, reference, 1)
+    Measurands(folder).add(silent)
+    Measurands(folder).add(made.model_copy(update={"specimen": "another", "key": "another"}))
+    asked = ("--details", issued / "details.toml", "--measurands", folder)
+
+    def certificate(key, out):
+        return here("certificate", "jewel", measured / "j.h5", *asked, "--measurand", key, "--out", issued / out)
+
+    done = certificate(made.label, "sensor")
+    assert done.returncode == 0, done.stderr
+    return made, certificate, issued / "sensor"
+
+
+def test_a_sensor_is_certified_with_its_range_and_the_u_of_one_shot(sensor, schema):
+    made, _, files = sensor
+    document = etree.parse(f"{files}.xml")
+    assert schema.validate(document), schema.error_log
+    part = json.loads(Path(f"{files}.json").read_text())["sensor"]
+    assert (part["calibration"], part["unit"]) == (made.label, "mbar")
+    values = [point["value"] for point in part["points"]]
+    assert (values[0], values[-1]) == (pytest.approx(made.valid_from), pytest.approx(made.valid_to))
+    first = "//dcc:result[dcc:name/dcc:content='pressure']//dcc:quantity[2]/si:realListXMLList"
+    written = document.xpath(first, namespaces=DCC)[0]
+    assert written.findtext("si:unitXMLList", namespaces=DCC) == r"\hecto\pascal"
+    assert [float(x) for x in written.findtext("si:valueXMLList", namespaces=DCC).split()] == pytest.approx(values)
+    expanded = written.findtext("si:expandedUncXMLList/si:uncertaintyXMLList", namespaces=DCC)
+    assert [float(x) for x in expanded.split()] == pytest.approx([point["U"] for point in part["points"]])
+    # U of one shot is that of a reading there: 20 mHz of scatter at 0.06 Hz/mbar, and 0.05 mbar of the barometer.
+    middle = part["points"][2]
+    slope = abs(np.gradient([point["f_nat_hz"] for point in part["points"]], values)[2])
+    assert middle["U"] == pytest.approx(middle["k"] * math.hypot(made.scatter_hz / slope, 0.05), rel=0.1)
+    for ending in ("html", "pdf"):
+        assert Path(f"{files}.{ending}").stat().st_size > 1000
+    page = Path(f"{files}.html").read_text(encoding="utf-8")
+    assert "As a sensor of pressure" in page
+    assert "certificate of the barometer" in page
+
+
+def test_a_unit_that_the_certificate_has_no_word_for_is_written_as_text(sensor, schema):
+    report = CertificateReport.model_validate_json(Path(f"{sensor[2]}.json").read_text())
+    other = report.model_copy(update={"sensor": report.sensor.model_copy(update={"unit": "furlong"})})
+    document = etree.fromstring(dcc_xml(other))
+    assert schema.validate(document), schema.error_log
+    assert "furlong, U = " in document.xpath("string(//dcc:noQuantity)", namespaces=DCC)
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [("another", "not of"), ("nothing", "no calibration"), ("{key}@2", "nobody has declared what the readings")],
+)
+def test_what_no_sensor_is_certified_by(sensor, key, said):
+    made, certificate, _ = sensor
+    assert_one_line_error(certificate(key.format(key=made.key), "refused"), 2, said)
 
 
 def test_the_pdf_says_that_it_is_pdf_a(issued):

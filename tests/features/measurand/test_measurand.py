@@ -1,9 +1,7 @@
 """Resonators as sensors: calibrated against a noisy reference with lag, read blind, and what is refused."""
 
 import json
-import math
 from dataclasses import replace
-from datetime import UTC, datetime
 
 import numpy as np
 import pytest
@@ -18,7 +16,15 @@ from platform_daemon.features.measurand.sensor import Sensor, report_of
 from platform_daemon.features.measurand.shots import Shots
 from platform_daemon.features.measurand.work import calibrated, key_of
 from tests.kit.command_line import assert_one_line_error, here
-from tests.kit.pressure_sensor import DAY_S, PRESSURE, SCATTER_HZ, START_S, PressureSensor
+from tests.kit.pressure_sensor import (
+    DAY_S,
+    PRESSURE,
+    SCATTER_HZ,
+    START_S,
+    PressureSensor,
+    barometer,
+    pressures,
+)
 
 
 def pressure_campaign(seed, readings):
@@ -212,21 +218,8 @@ def test_commands_in_the_simulated_world(tmp_path):
         "measure", "--resonator", specimen, "--shots", 12, "--rx-s", "0.4", "--pause-s", 45, *sets, "--out", file
     )
     assert done.returncode == 0, done.stderr
-    import h5py
-
-    with h5py.File(file) as h5:
-        stamps = [stamp.decode() for stamp in h5["frames/time_stamp"][:]]
-        truth = h5["simulation/values/simulated.pressure_mbar"][:]
-    times = np.array([datetime.fromisoformat(stamp).timestamp() for stamp in stamps])
-    dense = np.arange(times[0] - 20.0, times[-1] + 20.0, 5.0)
-    phase = 2.0 * math.pi / housing["period_s"]
-    columns = np.column_stack([np.sin(phase * (times - times[0])), np.cos(phase * (times - times[0]))])
-    sine, cosine = np.linalg.lstsq(columns, truth - 1013.25, rcond=None)[0]
-    mbar = 1013.25 + sine * np.sin(phase * (dense - times[0])) + cosine * np.cos(phase * (dense - times[0]))
-    mbar += 0.1 * np.random.default_rng(0).standard_normal(len(dense))
-    rows = [f"{datetime.fromtimestamp(t, UTC).isoformat()},{x:.4f},0.1" for t, x in zip(dense, mbar, strict=True)]
-    reference = tmp_path / "reference.csv"
-    reference.write_text("\n".join(["time,pressure [mbar],u [mbar]", *rows]))
+    reference, truth = tmp_path / "reference.csv", pressures(file)
+    reference.write_text(barometer(file, housing["period_s"]))
     where = ("--measurands", folder)
     done = here("measurand", "calibrate", specimen, file, "--reference", reference, *where)
     assert done.returncode == 0, done.stderr

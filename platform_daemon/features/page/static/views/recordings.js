@@ -2,6 +2,7 @@
 import { download, get, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
 import { definitionOf, degrees, digits, duration, heading, microtesla, parameter, plain, significant, size, when } from "../format.js";
+import { budget } from "./budget.js";
 import { mayOperate } from "./job_actions.js";
 
 export const title = "Recordings";
@@ -70,6 +71,7 @@ async function showOne(root, id) {
       ["Incomplete", found.incomplete],
     ]),
     h("p", { class: "buttons" }, actionButton("Download", () => download(`${path}/file`, found.file)), h("a", { href: `#/start/fit/${id}` }, "Fit again"), h("a", { href: `#/start/diagnose/${id}` }, "Diagnose"), id.startsWith("acquisition-") && h("a", { href: `#/series/${id}` }, "Parameters by shot")),
+    found.good > 0 && budget(path),
     fits,
     table("Frames", ["Frame", "Time", "Verdict", "Field", "Temperature", "Why refused"], found.shots.map((/** @type {any} */ shot) => [
       h("a", { href: `#/shot/${id}/${shot.frame}` }, `frame ${shot.frame}`), when(shot.time_stamp), shot.blank ? "blank" : shot.verdict,
