@@ -351,6 +351,7 @@ class RigidBody:
     # m/s of slip below which a jewel's contact creeps, held: free, it trades with the losses [physics]
     creep_m_per_s: float = 2e-3
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
+    late_share: float = 0.4  # of the whole shot, the first window of a kind that begins once more [unset]
     jewel_distance_from_s: float = 0.5  # s of a window from which on a jewel's distance is free [unset]
     same_sigma: float = 1.0  # standard deviations by which two sizes of one error are the same minimum [unset]
     # If the other one is true, the likelihood of the first over its own is a martingale while the window grows, of mean

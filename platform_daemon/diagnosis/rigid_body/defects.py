@@ -355,17 +355,24 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     best: dict[Defect, RotorFit] = {}
     for c in field:
         best.setdefault(c.defect, replace(c.fit, stages=c.stages[:-1]))
-    return list(best.values())
+    # A kind that went astray in a window begins once more, from the one that explains the whole shot.
+    leader = field[0].fit
+    for late in _rivals(leader, [d for d in DEFECTS if d not in best], pool, _LIMITS.late_share * longest):
+        if _rise(late, leader) < _LIMITS.rival_chi2:
+            best[_defect_of(late)] = late
+    return sorted(best.values(), key=_total)
 
 
-def _rivals(found: RotorFit, rivals: Sequence[Defect], pool: Executor) -> list[RotorFit]:
+def _rivals(
+    found: RotorFit, rivals: Sequence[Defect], pool: Executor, first_window_s: float = math.inf
+) -> list[RotorFit]:
     """The same shots with other defects, as far as there are such rotors."""
     fits = []
     for rival in rivals:
         try:
             values = exchanged(found, rival, pool)
             begun = [replace(s, values=v) for s, v in zip(found.shots, values, strict=True)]
-            fits.append(fit_rotor(begun, rival, pool, first_window_s=math.inf))
+            fits.append(fit_rotor(begun, rival, pool, first_window_s=first_window_s))
         except RotorFitError:
             continue
     return fits
