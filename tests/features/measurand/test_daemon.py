@@ -1,5 +1,7 @@
 """A resonator that is calibrated as a sensor, while a daemon measures it."""
 
+import math
+
 import pytest
 
 from platform_daemon.client import Client
@@ -65,14 +67,14 @@ def test_every_shot_is_a_reading_from_the_moment_of_the_calibration_on(tmp_path)
 
         alarm = next(each for each in lab.alarms() if each.name == f"measurand:{shipped.name}")
         assert "pressure" in alarm.what
-        print(told, alarm)
 
-        report = lab.recording(blind.stem).measurand()
+        report = job.recording().measurand()
         stored = {each.frames[0] + 1: (each.value, each.U) for each in report.shots}
-        assert stored == {each.shot: (pytest.approx(each.value), pytest.approx(each.U)) for each in read}
+        assert stored == {each.shot: (pytest.approx(each.value), pytest.approx(each.U, rel=0.1)) for each in read}
         scraped = daemon.get("/metrics").text
         line = next(each for each in scraped.splitlines() if each.startswith("mmr_measurand{"))
-        assert float(line.split()[-1]) == pytest.approx(told[-1].value, nan_ok=True)
+        newest = math.nan if told[-1].value is None else told[-1].value
+        assert float(line.split()[-1]) == pytest.approx(newest, nan_ok=True)
 
 
 def readings_of(lab, job, known):
