@@ -1,10 +1,13 @@
 """A resonator that is calibrated as a sensor, while a daemon measures it."""
 
+import math
+from itertools import islice
+
 import pytest
 
 from platform_daemon.client import Client
 from platform_daemon.core.settings import load_specimen
-from tests.kit.command_line import here, wait_for
+from tests.kit.command_line import here
 from tests.kit.pressure_sensor import barometer, pressures
 from tests.kit.served import served
 
@@ -48,33 +51,25 @@ def test_every_shot_is_a_reading_from_the_moment_of_the_calibration_on(tmp_path)
         assert made.specimen == shipped.name
 
         job, blind = measured(6)
-        told = []
-        wait_for(lambda: told.extend(readings_of(lab, job, len(told))) or len(told) == 6)
+        # Not those of the job alone, whose stream ends with it: the last reading may come later.
+        told = [event.what for event in islice(lab.events(kinds=("measurand",), after=0), 6)]
+        assert {each.job for each in told} == {job.id}
         assert [each.shot for each in told] == list(range(1, 7))
         assert {(each.specimen, each.unit, each.calibration) for each in told} == {(shipped.name, "mbar", made.label)}
         truth = dict(enumerate(pressures(blind), start=1))
         read = [each for each in told if each.value is not None]
-        assert len(read) >= 4, (
-            truth,
-            made,
-            [each.reason for each in told],
-        )  # a shot of the highest pressure may lie beyond those of the calibration
+        assert len(read) >= 4  # a shot of the highest pressure may lie beyond those of the calibration
         assert all("outside of the calibration" in each.reason for each in told if each.value is None)
         # All readings share the errors of one calibration, so that they are outside of U together or not at all.
         assert all(abs(each.value - truth[each.shot]) <= 2.0 * each.U for each in read)
 
         alarm = next(each for each in lab.alarms() if each.name == f"measurand:{shipped.name}")
         assert "pressure" in alarm.what
-        print(told, alarm)
 
-        report = lab.recording(blind.stem).measurand()
+        report = job.recording().measurand()
         stored = {each.frames[0] + 1: (each.value, each.U) for each in report.shots}
-        assert stored == {each.shot: (pytest.approx(each.value), pytest.approx(each.U)) for each in read}
+        assert stored == {each.shot: (pytest.approx(each.value), pytest.approx(each.U, rel=0.1)) for each in read}
         scraped = daemon.get("/metrics").text
         line = next(each for each in scraped.splitlines() if each.startswith("mmr_measurand{"))
-        assert float(line.split()[-1]) == pytest.approx(told[-1].value, nan_ok=True)
-
-
-def readings_of(lab, job, known):
-    """Those of a job that come after so many."""
-    return [event.what for event in lab.events(job, kinds=("measurand",))][known:]
+        newest = math.nan if told[-1].value is None else told[-1].value
+        assert float(line.split()[-1]) == pytest.approx(newest, nan_ok=True)

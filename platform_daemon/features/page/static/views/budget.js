@@ -21,7 +21,7 @@ function shown(told) {
   const large = told.inputs.filter((/** @type {any} */ line) => line.contribution >= SHOWN * told.u);
   return [
     h("p", {}, `${definitionOf(told.quantity).symbol} = ${size(told.value, 9)}, U = ${size(told.U, 2)} (k = ${significant(told.k, 3)}, ${significant(100 * told.coverage)} %)`),
-    table(`What contributes to u = ${size(told.u, 2)}`, ["Input", "Type", heading(told.quantity), "", "Source"], large.map((/** @type {any} */ line) => [
+    table(`What contributes to u = ${size(told.u, 2)}`, ["Input", "Type", heading(told.quantity), "Share of u", "Source"], large.map((/** @type {any} */ line) => [
       line.name, line.type, significant(line.contribution * factor, 3), h("meter", { max: told.u, value: line.contribution, "aria-label": `${line.name}: ${significant((100 * line.contribution) / told.u, 2)} % of u` }), line.source])),
     told.not_declared.length > 0 && table("Not declared, and not contained", ["Influence", `Would add / ${unit}`], told.not_declared.map((/** @type {any} */ each) => [each.name, each.would_add_per_unit === null ? "not known" : significant(each.would_add_per_unit * factor, 3)])),
   ];
