@@ -172,6 +172,39 @@ def test_a_series_is_started_by_keys_alone_after_its_dry_run(browse, daemon):
 
 
 @QUICK
+def test_on_a_phone_the_dry_run_and_the_actions_of_the_queue_are_on_the_screen(browse, daemon):
+    page = browse(viewport={"width": 320, "height": 640}).page
+    open_view(page, "start")
+    page.locator("#field-resonator").fill("jewel")
+    page.locator("#field-shots").fill("200")
+    page.get_by_role("button", name="Check (dry run)").click()
+    expect(page.get_by_role("heading", name="What would happen")).to_be_focused()
+    expect(page.get_by_text("Peak field")).to_be_in_viewport()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    expect(page.get_by_text("Accepted")).to_be_visible()
+    open_view(page, "jobs")
+    cancel = page.get_by_role("button", name="Cancel").first
+    cancel.scroll_into_view_if_needed()
+    box = cancel.bounding_box()
+    assert box["x"] >= 0
+    assert box["x"] + box["width"] <= 320
+    assert page.locator(".stacks").first.evaluate("box => box.scrollWidth <= box.clientWidth")
+
+
+@QUICK
+def test_a_schedule_says_its_cron_expression_in_words(browse, daemon):
+    work = {"kind": "acquisition", "request": {"resonator": "jewel", "shots": 1}}
+    trigger = {"cron": "0 22 * * 1-5", "time_zone": "Europe/Berlin"}
+    made = daemon.post("/schedules", {"name": "nightly", "trigger": trigger, "work": work}).json()
+    page = browse().page
+    open_view(page, "schedules")
+    words = "At 22:00 on Monday through Friday, Europe/Berlin (cron: 0 22 * * 1-5)"
+    expect(page.get_by_role("cell", name=words)).to_be_visible()
+    daemon.delete(f"/schedules/{made['id']}")
+
+
+@QUICK
 def test_escape_twice_stops_by_the_port_that_only_stops(browse, daemon):
     visited = browse()
     expect(visited.page.locator("#fresh")).to_have_text("live")

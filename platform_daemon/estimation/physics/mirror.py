@@ -18,7 +18,6 @@ from platform_daemon.estimation.parameters import RODRIGUES
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .rotation import nearest_rotation, rodrigues_from_rotation
-from .torques import OF_OTHER_SIGN_IN_MIRROR
 
 LIMITS = THRESHOLDS.physics
 
@@ -96,6 +95,8 @@ def on_one_branch(frames: Sequence[Mapping[str, float]]) -> tuple[list[dict[str,
 
 def _mirrored(values: Mapping[str, float]) -> dict[str, float]:
     """What phi -> -phi changes in addition to the orientation."""
+    from .torques import OF_OTHER_SIGN_IN_MIRROR  # here, because its compiler takes half a second, and few frames turn
+
     signs = {name: -values[name] for name in OF_OTHER_SIGN_IN_MIRROR if name in values}
     return signs | {"psi_start_rad": (values["psi_start_rad"] + math.pi) % (2.0 * math.pi)}
 

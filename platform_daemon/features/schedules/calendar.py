@@ -157,6 +157,14 @@ def _first_valid(local: datetime, zone: ZoneInfo) -> datetime:
     return datetime.fromtimestamp(above, zone)
 
 
+def cron_in_words(trigger: TriggerRequest) -> str | None:
+    """A cron expression in words, as cronsim says it: "At 22:00 on Monday through Friday"; None: the trigger has none.
+
+    The trigger is one that a Calendar has taken: an expression that is none raises CronSimError.
+    """
+    return None if trigger.cron is None else CronSim(trigger.cron, datetime(2000, 1, 1)).explain()
+
+
 def jitter_s(identifier: str, due: float, most_s: float) -> float:
     """How long a start is put off, s: evenly in [0, most_s), always the same for the same instant."""
     digest = hashlib.sha256(f"{identifier} {due!r}".encode()).digest()

@@ -11,6 +11,7 @@ from platform_daemon.core.web.network.routes import GuardedRoute
 from platform_daemon.core.web.pages import NEXT, Paged
 from platform_daemon.core.web.problems import OWNER, problems
 
+from .calendar import cron_in_words
 from .contract import ScheduleService
 from .schema import LedgerPage, LedgerRow, Schedule, ScheduleListing, SchedulePreview, ScheduleRequest
 
@@ -51,7 +52,8 @@ def list_schedules(context: Shared, page: Paged) -> ScheduleListing:
 @router.post("/preview", summary="When a schedule would start", responses=problems(409, 415, 422, 507))
 def preview_schedule(body: ScheduleRequest, context: Shared, count: Count = 10) -> SchedulePreview:
     """The first instants in the zone of the trigger, by the same checks; nothing is kept."""
-    return SchedulePreview(due=schedules(context).preview(body, count))
+    due = schedules(context).preview(body, count)
+    return SchedulePreview(due=due, cron_in_words=cron_in_words(body.trigger))
 
 
 @router.get("/{identifier}", summary="A schedule", responses=problems(404, 507))

@@ -23,7 +23,7 @@ from platform_daemon.core.state.database import DamagedDatabase
 from platform_daemon.core.state.errors import StorageError
 from platform_daemon.core.state.flag_file import FlagFile
 
-from .calendar import Calendar
+from .calendar import Calendar, cron_in_words
 from .launcher import Launcher
 from .ledger import Ledger, ScheduleRecord
 from .rotation import works
@@ -331,6 +331,7 @@ class Schedules:
             failures=record.failures,
             next_due=iso_or_none(self._scheduler.next_due(record)),
             ahead_until=iso_or_none(ahead_until(record, self._clock())),
+            cron_in_words=cron_in_words(record.request.trigger),
         )
 
     def _try_open(self) -> bool:

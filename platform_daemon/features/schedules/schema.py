@@ -161,6 +161,8 @@ class Schedule(Schema):
     """Next instant, ISO 8601, UTC; null: there is none."""
     ahead_until: str | None
     """The clock has been here once, ISO 8601, UTC, and is before it again: nothing is due until then; null: no."""
+    cron_in_words: str | None = None
+    """`cron` of its trigger in words, as "At 22:00 every day", in the zone of the trigger; null: it has none."""
 
 
 class ScheduleListing(ListPage[Schedule]):
@@ -176,6 +178,8 @@ class SchedulePreview(Schema):
 
     due: tuple[str, ...]
     """Its first instants, ISO 8601 in the zone of its trigger."""
+    cron_in_words: str | None = None
+    """`cron` of its trigger in words, in the zone of the trigger; null: it has none."""
 
 
 class LedgerRow(Schema):

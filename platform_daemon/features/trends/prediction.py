@@ -177,7 +177,7 @@ def _most_of(points: int) -> list[float]:
 
 @lru_cache(32)
 def _most_to(errors: int) -> list[float]:
-    found = scipy.stats.t.isf(scipy.stats.norm.sf(MOST_SCORE), np.arange(errors + 1))
+    found = -scipy.special.stdtrit(np.arange(errors + 1), scipy.special.ndtr(-MOST_SCORE))
     return [float(each) for each in np.asarray(found, np.float64)]
 
 
@@ -194,7 +194,7 @@ def normal_scores(errors: Array, freedom: NDArray[np.int_]) -> Array:
     """Errors of a t distribution as those of a normal one, at most MOST_SCORE."""
     known = np.isfinite(errors)
     scores = np.full(len(errors), np.nan)
-    # by the tail, which keeps its digits
-    tail = np.log(2.0) + scipy.stats.t.logsf(np.abs(errors[known]), freedom[known])
-    scores[known] = np.sign(errors[known]) * scipy.stats.norm.isf(np.maximum(np.exp(tail) / 2.0, 1e-12))
+    # By the tail, which keeps its digits.  These are scipy.stats.t and norm, which take as long to load as a trend.
+    tail = scipy.special.stdtr(freedom[known], -np.abs(errors[known]))
+    scores[known] = -np.sign(errors[known]) * scipy.special.ndtri(np.maximum(tail, 1e-12))
     return np.clip(scores, -MOST_SCORE, MOST_SCORE)

@@ -5,8 +5,8 @@ from itertools import islice
 import pytest
 
 from drivers.errors import InputError
-from platform_daemon.features.schedules.calendar import Calendar
-from platform_daemon.features.schedules.schema import ScheduleRequest
+from platform_daemon.features.schedules.calendar import Calendar, cron_in_words
+from platform_daemon.features.schedules.schema import ScheduleRequest, TriggerRequest
 
 
 def days(cron):
@@ -37,3 +37,16 @@ def test_what_is_taken(cron, found):
 def test_what_is_not(cron):
     with pytest.raises(InputError, match="cron"):
         days(cron)
+
+
+@pytest.mark.parametrize(
+    ("trigger", "words"),
+    [
+        ({"cron": "0 22 * * *"}, "At 22:00 every day"),
+        ({"cron": "*/5 9-17 * * mon-fri"}, "Every fifth minute from 09:00 through 17:59 on Monday through Friday"),
+        ({"cron": "0 6 * * MON#2"}, "At 06:00 on the second Monday of the month"),
+        ({"every_s": 60}, None),
+    ],
+)
+def test_an_expression_is_said_in_words(trigger, words):
+    assert cron_in_words(TriggerRequest.model_validate(trigger)) == words

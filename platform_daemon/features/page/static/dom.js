@@ -79,14 +79,16 @@ function hasListeners(element) {
 }
 
 /**
- * A table; a caption says what it holds.  Rows are lists of cells, the first cell of each is its heading.
+ * A table; a caption says what it holds.  Rows are lists of cells, the first cell of each is its heading.  One with
+ * actions becomes a card for each row on a phone, where they would be off the screen.
  * @param {string} caption @param {string[]} headings @param {(Child | Child[])[][]} rows @param {string} [empty]
  */
 export function table(caption, headings, rows, empty = "Nothing here.") {
   if (rows.length === 0) return h("p", { class: "empty" }, `${caption}: ${empty}`);
+  const stacks = headings.includes("Actions");
   return h(
     "div",
-    { class: "scroll", tabindex: 0, role: "region", "aria-label": caption },
+    { class: stacks ? "scroll stacks" : "scroll", tabindex: 0, role: "region", "aria-label": caption },
     h(
       "table",
       {},
@@ -96,7 +98,7 @@ export function table(caption, headings, rows, empty = "Nothing here.") {
         "tbody",
         {},
         rows.map((row) =>
-          h("tr", {}, row.map((cell, k) => (k ? h("td", {}, cell) : h("th", { scope: "row" }, cell)))),
+          h("tr", {}, row.map((cell, k) => (k ? h("td", { "data-heading": stacks && headings[k] }, cell) : h("th", { scope: "row" }, cell)))),
         ),
       ),
     ),

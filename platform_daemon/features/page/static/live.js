@@ -5,12 +5,13 @@
 // with TLS; without them each tab that is shown reads for itself.
 import { address, get, request, withToken } from "./api.js";
 
-const POLL_MS = 1000;
+const POLL_MS = 1000; // after what was heard last, so that a daemon that is halted is seen
+const LATEST_POLL_MS = 1900; // after the last poll, however many events come
 const POLL_LIMIT_MS = 2500;
 export const OLD_MS = 2500; // with a tick, seen in less than three seconds
 const MOST_DRAWS = 4; // in any second, so that an event seldom waits and a burst of events costs little
 const TICK_MS = 450; // how often is looked whether what is shown has become old
-const AGES_MS = 950; // ages change though nothing happens
+const AGES_MS = 1300; // ages change though nothing happens; events of a shot a second draw in their place
 const KEPT_EVENTS = 200;
 const REPLAYED_MS = 600_000; // after a longer gap the views read everything again, and the events between are left out
 
@@ -44,6 +45,8 @@ let drawing = 0;
 let drawn_ms = [];
 let drawnOld = true;
 let pollTimer = 0;
+let polled_ms = 0; // when the last poll ended
+let polls = 0; // that are not answered yet
 
 /** Calls a function whenever something is new, at most four times a second; returns a function that ends that. @param {() => void} call */
 export function onChange(call) {
@@ -113,6 +116,7 @@ async function readWhileShown(signal) {
 }
 
 async function poll() {
+  polls += 1;
   clearTimeout(pollTimer);
   try {
     const signal = AbortSignal.timeout(POLL_LIMIT_MS);
@@ -126,8 +130,15 @@ async function poll() {
     const status = /** @type {any} */ (error).status;
     tell({ state: { problem: /** @type {Error} */ (error).message }, silent: !status });
   }
+  polled_ms = performance.now();
+  polls -= 1;
+  planPoll();
+}
+
+/** The next poll: events say that the daemon lives, too, so that it waits while they come, though not for long. */
+function planPoll() {
   clearTimeout(pollTimer);
-  if (leads) pollTimer = window.setTimeout(poll, POLL_MS);
+  if (leads && !polls) pollTimer = window.setTimeout(poll, Math.min(POLL_MS, polled_ms + LATEST_POLL_MS - performance.now()));
 }
 
 /** Only what is shown of a job that runs. @param {any} job */
@@ -220,7 +231,10 @@ function hear(news) {
   }
   const waited = isOld() || (news.state?.platform && news.state.platform.running !== live.platform?.running);
   if (!news.silent) live.heard_ms = performance.now();
-  if (news.state) Object.assign(live, news.state);
+  if (news.state) {
+    Object.assign(live, news.state);
+    countShots();
+  }
   /** @type {PlatformEvent[]} */
   const events = news.events ?? [];
   if (events.length) {
@@ -228,12 +242,22 @@ function hear(news) {
     lastId = String(events[events.length - 1].id);
     listened_ms = Date.now();
     live.events = [...live.events, ...events].slice(-KEPT_EVENTS);
+    countShots();
     for (const event of events) for (const call of eventListeners) call(event);
     const kinds = new Set(events.map((event) => event.what.kind));
     if (leads && kinds.has("alarm")) loadAlarms();
     if (leads && kinds.has("job")) poll();
+    else planPoll();
   }
   if (events.length || waited) draw(); // what is polled is drawn with the next tick, so that an event need not wait for it
+}
+
+/** How far the shots of the job that runs are, by their events, which come before the next poll says so. */
+function countShots() {
+  const progress = live.job?.progress;
+  if (progress?.unit !== "shots") return;
+  const shot = live.events.findLast(({ what }) => what.kind === "shot" && what.job === live.job.id)?.what.shot ?? 0;
+  if (shot > progress.done) live.job = { ...live.job, progress: { ...progress, done: shot, fraction: shot / progress.total } };
 }
 
 function draw() {

@@ -1,10 +1,11 @@
 // Pictures: uPlot with a name, a table of the last values, a cursor that arrow keys move, and zoom.
-import { h, say, table } from "./dom.js";
+import { fill, h, say, table } from "./dom.js";
 import { significant, uncertain } from "./format.js";
 
 const HEIGHT = 240;
 const TABLE_ROWS = 20;
 const CROSS_PX = 4;
+const NEAR = "200px"; // what is nearer to the screen than this is drawn, so that scrolling seldom meets an old picture
 /** Colours that the colour-blind can distinguish, on light and dark ground (Okabe and Ito), and by their dashes. */
 export const COLOURS = matchMedia("(prefers-color-scheme: dark)").matches ? ["#56b4e9", "#e8833a", "#2cc29a", "#d894c0"] : ["#0072b2", "#d55e00", "#009e73", "#b0529b"];
 const DASHES = [[], [6, 3], [2, 3], [8, 3, 2, 3]];
@@ -41,7 +42,9 @@ export class Plot {
     this.name = h("p", { class: "title", "aria-hidden": "true" });
     this.legend = h("p", { class: "legend", "aria-hidden": "true" });
     this.readout = h("p", { class: "readout", role: "status" });
-    this.behind = h("details", {}, h("summary", {}, "Table"));
+    this.summary = h("summary", {}, "Table");
+    this.values = h("div");
+    this.behind = h("details", { ontoggle: () => this.fillTable() }, this.summary, this.values);
     place.replaceChildren(this.name, this.box, this.legend, this.readout, this.behind);
     /** @type {any} */ this.chart = null;
     /** @type {Picture | null} */ this.picture = null;
@@ -50,27 +53,33 @@ export class Plot {
     this.closed = false;
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(this.box);
+    this.seen = true;
+    /** @type {any} */ this.late = null; // numbers that came while the picture was not to be seen
+    this.watcher = new IntersectionObserver((entries) => {
+      this.seen = entries.at(-1)?.isIntersecting ?? true;
+      if (this.seen) this.show(this.late);
+    }, { rootMargin: NEAR });
+    this.watcher.observe(this.box);
     this.box.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => this.key(event));
   }
 
   close() {
     this.observer.disconnect();
+    this.watcher.disconnect();
     this.chart?.destroy();
     this.chart = null;
     this.closed = true;
   }
 
-  /** Draws a picture.  Where only its numbers are new, the chart stays. @param {Picture} picture */
+  /** Draws a picture.  Where only its numbers are new, the chart stays, and is drawn when it is seen. @param {Picture} picture */
   async draw(picture) {
     this.picture = picture;
-    this.name.textContent = picture.title;
-    this.box.setAttribute("aria-label", `${picture.title}. ${picture.yLabel} over ${picture.xLabel}. Arrow keys move the cursor; a table follows.`);
     this.fillTable();
-    this.fillLegend(picture);
     let uPlot;
     try {
       uPlot = await loadLibrary();
     } catch (error) {
+      this.name.textContent = picture.title;
       this.box.textContent = /** @type {Error} */ (error).message;
       return;
     }
@@ -78,14 +87,25 @@ export class Plot {
     const { data, series, bands } = columns(picture);
     const shape = JSON.stringify([picture.title, picture.yLabel, picture.log, series.map((each) => each.label)]);
     if (this.chart && shape === this.shape) {
-      this.chart.setData(data);
+      this.late = data;
+      if (this.seen) this.show(data);
       return;
     }
     this.shape = shape;
+    this.late = null;
+    this.name.textContent = picture.title;
+    this.box.setAttribute("aria-label", `${picture.title}. ${picture.yLabel} over ${picture.xLabel}. Arrow keys move the cursor; a table follows.`);
+    this.fillLegend(picture);
     this.chart?.destroy();
     this.box.replaceChildren();
     this.chart = new uPlot(this.options(picture, series, bands), data, this.box);
     this.resize();
+  }
+
+  /** Gives the chart new numbers. @param {any} data null: there are none */
+  show(data) {
+    this.late = null;
+    if (data) this.chart?.setData(data);
   }
 
   /** @param {Picture} picture @param {any[]} series @param {any[]} bands */
@@ -127,7 +147,7 @@ export class Plot {
 
   resize() {
     const width = this.box.clientWidth;
-    if (this.chart && width > 0) this.chart.setSize({ width, height: this.picture?.height ?? HEIGHT });
+    if (this.chart && width > 0 && width !== this.chart.width) this.chart.setSize({ width, height: this.picture?.height ?? HEIGHT });
   }
 
   /** @param {KeyboardEvent} event */
@@ -167,18 +187,18 @@ export class Plot {
     })));
   }
 
+  /** The table behind the picture, which is made when it is opened. */
   fillTable() {
     const p = this.picture;
     if (!p) return;
+    if (this.summary.textContent !== `Table: ${p.title}`) this.summary.textContent = `Table: ${p.title}`;
+    if (!this.behind.open) return;
     const first = Math.max(0, p.x.length - TABLE_ROWS);
     const rows = p.x.slice(first).map((x, k) => [
       p.xText?.(x) ?? significant(x),
       ...p.lines.map((line) => cell(line, first + k)),
     ]);
-    this.behind.replaceChildren(
-      h("summary", {}, `Table: ${p.title}`),
-      table(`${p.title}, last ${rows.length} values`, [p.xLabel, ...p.lines.map((line) => line.label)], rows),
-    );
+    fill(this.values, table(`${p.title}, last ${rows.length} values`, [p.xLabel, ...p.lines.map((line) => line.label)], rows));
   }
 }
 

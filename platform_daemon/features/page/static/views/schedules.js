@@ -21,16 +21,16 @@ export async function show(root, parts) {
   async function load() {
     const all = await getList("schedules?limit=200", 1000);
     fill(list, table("Schedules", ["Name", "When", "What", "Next", "State", "Failures in a row", "Actions"], all.map((each) => [
-      h("a", { href: `#/schedules/${each.id}` }, each.request.name), trigger(each.request.trigger), work(each.request.work), each.active ? when(each.next_due) : "–",
+      h("a", { href: `#/schedules/${each.id}` }, each.request.name), trigger(each.request.trigger, each.cron_in_words), work(each.request.work), each.active ? when(each.next_due) : "–",
       stateOf(each), each.failures || "", h("span", { class: "buttons" }, actions(each, load)),
     ]), "none yet"));
     const coming = await Promise.all(all.filter((each) => each.active).map(async (each) => {
       const asked = { ...each.request, start: each.request.start ?? each.created }; // an interval counts from there
       const found = await send("POST", `schedules/preview?count=${COMING}`, asked).catch(() => ({}));
-      return instants(found).map((due) => ({ due, name: each.request.name, trigger: each.request.trigger }));
+      return instants(found).map((due) => ({ due, name: each.request.name, when: trigger(each.request.trigger, each.cron_in_words) }));
     }));
     fill(calendar, h("h2", {}, `What is due in the next ${DAYS} days`), days(coming.flat().sort((a, b) => Date.parse(a.due) - Date.parse(b.due))),
-      coming.filter((due) => due.length >= COMING && Date.parse(due.at(-1)?.due ?? "") < Date.now() + DAYS * 86_400_000).map((due) => h("p", { class: "hint" }, `${due[0].name} (${trigger(due[0].trigger)}) is due after `, when(due.at(-1)?.due), " as well.")));
+      coming.filter((due) => due.length >= COMING && Date.parse(due.at(-1)?.due ?? "") < Date.now() + DAYS * 86_400_000).map((due) => h("p", { class: "hint" }, `${due[0].name} (${due[0].when}) is due after `, when(due.at(-1)?.due), " as well.")));
   }
 
   await load();
@@ -70,10 +70,10 @@ function instants(found) {
   return /** @type {any[]} */ (listed).map((each) => (typeof each === "string" ? each : (each.due ?? each.at))).filter(Boolean);
 }
 
-/** @param {any} t */
-function trigger(t) {
-  if (t.every_s) return `every ${duration(t.every_s)}`;
-  return t.cron ? `${t.cron} (${t.time_zone})` : `${t.at.length} instants`;
+/** When it is due, in words, with the zone that these are in. @param {any} t @param {string | null} cronInWords */
+function trigger(t, cronInWords) {
+  if (t.every_s) return `Every ${duration(t.every_s)}`;
+  return t.cron ? `${cronInWords}, ${t.time_zone} (cron: ${t.cron})` : `At ${t.at.length} instants`;
 }
 
 /** @param {any} w */
@@ -92,7 +92,7 @@ async function showLedger(root, id) {
   async function load() {
     const found = await get(`schedules/${id}`);
     fill(head, h("h2", {}, found.request.name), facts([
-      ["When", trigger(found.request.trigger)], ["What", work(found.request.work)], ["Next", found.active ? when(found.next_due) : null], ["State", stateOf(found)], ["Failures in a row", found.failures],
+      ["When", trigger(found.request.trigger, found.cron_in_words)], ["What", work(found.request.work)], ["Next", found.active ? when(found.next_due) : null], ["State", stateOf(found)], ["Failures in a row", found.failures],
     ]), h("p", { class: "buttons" }, actions(found, load), actionButton("Remove the schedule", async () => { await send("DELETE", `schedules/${id}`); location.hash = "#/schedules"; }, { disabled: !mayOperate() })));
     const rows = await getList(`schedules/${id}/ledger?limit=1000`, Infinity);
     const shown = only.value ? rows.filter((row) => row.state !== "run") : rows;
@@ -139,7 +139,8 @@ function newSchedule(after) {
   } }, h("div", { class: "filters" }, field("name", "Name"), field("cron", "Cron: minute hour day month weekday", "0 22 * * 1-5"), field("time_zone", "Time zone", Intl.DateTimeFormat().resolvedOptions().timeZone), field("resonator", "Resonator", "thread"), field("shots", "Shots", "10"), field("sample", "Sample")),
   h("p", { class: "buttons" }, h("button", { type: "button", disabled: !mayOperate(), onclick: () => once(async () => {
     const found = await send("POST", "schedules/preview?count=5", request_());
-    fill(preview, table("It would be due", ["When"], instants(found).map((due) => [when(due)])));
+    const { trigger: asked } = request_();
+    fill(preview, h("p", {}, `${trigger(asked, found.cron_in_words)}.`), table("It would be due, in the zone of this browser", ["When"], instants(found).map((due) => [when(due)])));
   }) }, "When would it be due?"), h("button", { class: "main", disabled: !mayOperate() }, "Add the schedule")), message, preview);
   return h("details", {}, h("summary", {}, "Add a schedule of a series"), form);
 }

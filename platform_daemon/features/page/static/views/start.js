@@ -44,7 +44,7 @@ export async function show(root, parts) {
 
   const choice = h("select", { id: "kind", onchange: () => { location.hash = `#/start/${choice.value}`; } }, Object.entries(KINDS).map(([key, each]) => h("option", { value: key, selected: key === kind }, each.text)));
   const message = h("div");
-  const plan = h("div", { "aria-live": "polite" });
+  const plan = h("div", { class: "plan", "aria-live": "polite" });
   const check = h("button", { type: "submit", class: dryRun ? "main" : "" }, "Check (dry run)");
   const start = h("button", { type: "button", class: "main", disabled: dryRun }, edits ? "Change the job" : "Start");
   let checked = "";
@@ -80,8 +80,12 @@ export async function show(root, parts) {
     once(check, async () => {
       const body = form.read();
       plan.replaceChildren(h("p", {}, "Checking; nothing moves …"));
+      plan.scrollIntoView({ block: "nearest" });
       try {
-        plan.replaceChildren(h("h2", {}, "What would happen"), planOf(await send("POST", `${path}/dry-run`, body)));
+        const heading = h("h2", { tabindex: -1 }, "What would happen");
+        plan.replaceChildren(heading, planOf(await send("POST", `${path}/dry-run`, body)));
+        heading.focus({ preventScroll: true }); // the next stop of Tab is Start, which stands below
+        plan.scrollIntoView({ block: "nearest" });
       } catch (error) {
         plan.replaceChildren();
         throw error;
@@ -92,7 +96,7 @@ export async function show(root, parts) {
     });
   }, oninput: () => {
     if (dryRun && JSON.stringify(form.read()) !== checked) start.disabled = true;
-  } }, form.element, h("p", { class: "buttons" }, dryRun && check, start), message, plan);
+  } }, form.element, dryRun && h("p", { class: "buttons" }, check), message, plan, h("p", { class: "buttons" }, start));
   start.addEventListener("click", () => once(start, async () => {
     const made = edits ? await send("PUT", pathOfJob(id), form.read()) : await send("POST", path, form.read());
     sent = true;
