@@ -46,7 +46,7 @@ _TRIES = 50  # to bring one series to its end
 HEAD = """# Series of a script beside a daemon that is killed
 
 `make client-kills` (`python -m tests.campaigns.client_kills {arguments}`): a script measures series of {series} shots
-(jewel, RX 0.1 s, no fits) on the simulated platform by `platform_daemon.client`, and resumes those that were cut off.
+(jewel, RX 0.2 s, no fits) on the simulated platform by `platform_daemon.client`, and resumes those that were cut off.
 Meanwhile all processes of the daemon together, its hardware process or its web process are killed (SIGKILL) in turn;
 after all of them, a new daemon is started on the same folder and port.
 
@@ -198,7 +198,7 @@ def _tell(found: Found) -> None:
 
 def _measured(lab: Client, number: int, found: Found) -> str:
     """One series, brought to its end; its id."""
-    options = {"rx_s": 0.1, "window": None, "comment": f"series {number}"}
+    options = {"rx_s": 0.2, "window": None, "comment": f"series {number}"}
     job = None
     while job is None:  # a daemon that takes longer than the client's patience to come back
         with suppress(ConnectionFailed, Unavailable):
