@@ -221,7 +221,7 @@ def _factor(said: str | None, wanted: str, where: str, key: str) -> float:
 def _no_unit(name: str, said: str | None, path: Path, key: str, wanted: str) -> RecordingError:
     what = f"the unit of the column {name!r} is not known" if not said else f"the column {name!r} is in {said!r}"
     line = f"the line {key} = 'UNIT' besides time and signal"
-    remedy = f"call the column `{name} [UNIT]`, or write {path.name}.toml with {line}"
+    remedy = f"call the column `{name} [UNIT]`, or write {path.name}.toml with {line}, as platform-daemon info shows it"
     return RecordingError(what, where=str(path), why=f"it must be one of {wanted}, or convertible to it", remedy=remedy)
 
 

@@ -32,7 +32,7 @@ def certificate(
     from platform_daemon.core.state.durable import write_file
     from platform_daemon.features.budget.declared import declared_by
     from platform_daemon.features.fit.fit_request import FitSettings
-    from platform_daemon.features.fit.measurement import open_for_fit
+    from platform_daemon.features.fit.measurement import open_shots_for_fit
 
     from .dcc import dcc_xml
     from .page import certificate_page
@@ -47,7 +47,7 @@ def certificate(
     who = read_details(details)
     declared = None if uncertainty is None else declared_by(uncertainty)
     found, _ = load_specimen(specimen)
-    measurement, ask = open_for_fit(file, FitSettings(None, "d30", calibration=calibration_in(calibration)))
+    measurement, ask = open_shots_for_fit(file, FitSettings(None, "d30", calibration=calibration_in(calibration)))
     say_note(measurement.path, measurement.other_layout)
     compile_fit()
     report = certificate_of(

@@ -263,6 +263,20 @@ def open_for_fit(path: Path, settings: FitSettings) -> tuple[Measurement, FitReq
     return measurement, ask
 
 
+def open_shots_for_fit(path: Path, settings: FitSettings) -> tuple[Measurement, FitRequest]:
+    """As open_for_fit, of a recording: whoever asks needs its specimen and when its shots were made.
+
+    Raises RecordingError for a table or an angle series, which say neither, and what open_for_fit raises.
+    """
+    if path.is_file():
+        kind = "a table" if is_column_file(path) else "an angle series" if is_time_series(path) else None
+        if kind is not None:
+            what = f"is {kind}, which says neither of which specimen it is nor when its shots were made"
+            remedy = "give a recording of this software; info, fit, plot, slide, budget and diagnose take this file"
+            raise RecordingError(what, where=str(path), remedy=remedy)
+    return open_for_fit(path, settings)
+
+
 def taken_frames(
     measurement: Measurement, frames: Sequence[int] | None, step: str | None
 ) -> tuple[tuple[int, ...], tuple[str, ...]]:
