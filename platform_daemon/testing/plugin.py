@@ -66,6 +66,7 @@ def recording(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     ) -> Recording:
         from platform_daemon import __version__
         from platform_daemon.core.recordings.truth import read_truth
+        from platform_daemon.core.schemas.parameters import PARAMETERS
         from platform_daemon.library.recording import Recording, open_recording
 
         from .processes import measure_to
@@ -80,7 +81,7 @@ def recording(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
         found = open_recording(path)
         truths = read_truth(path) or []
         truth = truths[found.usable_frame()].get("simulated", {}) if truths else {}
-        numbers = {name: float(v) for name, v in truth.items() if isinstance(v, int | float)}
+        numbers = {name: float(v) for name, v in truth.items() if name in PARAMETERS and isinstance(v, int | float)}
         return Recording(found.measurement, numbers)
 
     return make
