@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
+import numpy as np
+
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError, RecordingError
 from platform_daemon.core.recordings.angle_series import AngleSeries, is_time_series, read_angles
@@ -197,6 +199,14 @@ class AngleMeasurement(Measurement):
         chosen_frames(self, (k,))
         record = RingDownRecord(self.series.angle_rad, self.series.sampling_rate_hz, "angle")
         return FrameSignal(record, None, self.series.clock)
+
+    def with_hint(self, k: int, fit: FitResult) -> FitResult:
+        """See Measurement: a swing of a few degrees that is read as rad goes far round, and fits no motion."""
+        reached = float(np.nanmax(np.abs(self.series.angle_rad)))
+        if fit.reason is None or reached < math.pi / 2:
+            return fit
+        hint = f"it reaches {reached:.4g} rad, beyond 90 deg: if these are degrees, convert them, or say unit = 'deg'"
+        return replace(fit, reason=f"{fit.reason}; {hint}")
 
     def times_s(self) -> list[float | None]:
         """Of the one frame."""
