@@ -124,7 +124,8 @@ def _refuse_slow_change(prepared: PreparedRecord, window: Window) -> None:
     periods = prepared.periods if window == "d30" else whole
     slow = record.quantity != "angle" and frequency < LIMITS.slowest_hz
     if periods < 1.0 or (slow and periods < FEWEST_PERIODS):
-        seen = f"{periods:.1f} periods of {frequency:.3g} Hz are the strongest feature: a drift, slow noise, or a time in another unit"
+        strongest = f"{periods:.1f} periods of {frequency:.3g} Hz are the strongest feature"
+        seen = f"{strongest}: a drift, slow noise, or a time in another unit"
         raise RefusedError(Refusal.NO_SIGNAL, seen)
 
 
