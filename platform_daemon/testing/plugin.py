@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -77,7 +78,9 @@ def recording(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
         folder = Path(cache.mkdir("platform_daemon")) if cache else tmp_path_factory.getbasetemp()
         path = folder / f"{resonator}-{key.hexdigest()[:16]}.h5"
         if not path.exists():
-            measure_to(path, words, undeclared, seed)
+            own = path.with_name(f"{path.stem}-{os.getpid()}.h5")  # workers of xdist may want the same one at once
+            measure_to(own, words, undeclared, seed)
+            own.replace(path)
         found = open_recording(path)
         truths = read_truth(path) or []
         truth = truths[found.usable_frame()].get("simulated", {}) if truths else {}
