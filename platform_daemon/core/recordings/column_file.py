@@ -253,7 +253,8 @@ def _time_name(table: Table, path: Path) -> str:
     if found is not None:
         return found
     told = "time = 'NAME', signal = ['NAME'], time_unit = 's', unit = 'deg'"
-    remedy = f"call it time_s, or write {path.name}.toml with the lines {told} (or another unit)"
+    lines = f"{told} (or another unit), as platform-daemon info shows them"
+    remedy = f"call it time_s, or write {path.name}.toml with the lines {lines}"
     why = f"the columns are {', '.join(map(repr, table))}"
     raise RecordingError("no column is called time", where=str(path), why=why, remedy=remedy)
 
