@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from uuid import uuid4
 
 import pytest
 
@@ -78,7 +78,7 @@ def recording(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
         folder = Path(cache.mkdir("platform_daemon")) if cache else tmp_path_factory.getbasetemp()
         path = folder / f"{resonator}-{key.hexdigest()[:16]}.h5"
         if not path.exists():
-            own = path.with_name(f"{path.stem}-{os.getpid()}.h5")  # workers of xdist may want the same one at once
+            own = path.with_name(f"{path.stem}-{uuid4().hex}.h5")  # workers of xdist may want the same one at once
             measure_to(own, words, undeclared, seed)
             own.replace(path)
         found = open_recording(path)
