@@ -124,7 +124,8 @@ def _refuse_slow_change(prepared: PreparedRecord, window: Window) -> None:
     periods = prepared.periods if window == "d30" else whole
     slow = record.quantity != "angle" and frequency < LIMITS.slowest_hz
     if periods < 1.0 or (slow and periods < FEWEST_PERIODS):
-        seen = f"{periods:.1f} periods of {frequency:.3g} Hz are the strongest feature: a drift or slow noise"
+        strongest = f"{periods:.1f} periods of {frequency:.3g} Hz are the strongest feature"
+        seen = f"{strongest}: a drift, slow noise, or a time in another unit"
         raise RefusedError(Refusal.NO_SIGNAL, seen)
 
 
@@ -149,6 +150,8 @@ def counted_periods(y: Array, *, dt_s: float, frequency_hz: float) -> float:
     """
     block = max(1, int(1.0 / (LIMITS.counted_points_per_period * frequency_hz * dt_s)))
     n = y.shape[1] // block
+    if n == 0:
+        return y.shape[1] * dt_s * frequency_hz
     means = y[:, : n * block].reshape(y.shape[0], n, block).mean(axis=2)
     means -= means.mean(axis=1, keepdims=True)
     strongest = np.linalg.eigh(means @ means.T)[1][:, -1]

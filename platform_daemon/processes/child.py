@@ -83,7 +83,8 @@ class Child:
         until_s = time.monotonic() + _START_S
         while step not in received:
             if not select.select([pipe], [], [], max(0.0, until_s - time.monotonic()))[0]:
-                raise StartFailed(self.name, b"it says nothing")
+                why = f"the {self.name} process has reported nothing for {_START_S:g} s; is this computer overloaded?"
+                raise StartFailed(self.name, _FAILED + why.encode())
             part = os.read(pipe, 4096)
             if not part:
                 raise StartFailed(self.name, received)

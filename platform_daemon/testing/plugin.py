@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from uuid import uuid4
 
 import pytest
 
@@ -66,6 +67,7 @@ def recording(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     ) -> Recording:
         from platform_daemon import __version__
         from platform_daemon.core.recordings.truth import read_truth
+        from platform_daemon.core.schemas.parameters import PARAMETERS
         from platform_daemon.library.recording import Recording, open_recording
 
         from .processes import measure_to
@@ -76,11 +78,13 @@ def recording(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
         folder = Path(cache.mkdir("platform_daemon")) if cache else tmp_path_factory.getbasetemp()
         path = folder / f"{resonator}-{key.hexdigest()[:16]}.h5"
         if not path.exists():
-            measure_to(path, words, undeclared, seed)
+            own = path.with_name(f"{path.stem}-{uuid4().hex}.h5")  # workers of xdist may want the same one at once
+            measure_to(own, words, undeclared, seed)
+            own.replace(path)
         found = open_recording(path)
         truths = read_truth(path) or []
         truth = truths[found.usable_frame()].get("simulated", {}) if truths else {}
-        numbers = {name: float(v) for name, v in truth.items() if isinstance(v, int | float)}
+        numbers = {name: float(v) for name, v in truth.items() if name in PARAMETERS and isinstance(v, int | float)}
         return Recording(found.measurement, numbers)
 
     return make

@@ -36,10 +36,12 @@ from tests.kit.served import Served
 
 SERIES = 50
 """Shots of a series."""
-APART = (5, 300)
+APART = (5, 1500)
 """Least and largest number of shots between two deaths."""
 _VICTIMS = ("all", "hardware", "web")
-_BACK_S = 90.0
+_WATCHED = ("script", "daemon", "hardware", "web")
+_ROW = 1000  # shots in a row of the table of memory
+_BACK_S = 900.0  # on a computer that does much else, a start of all processes takes minutes
 _TRIES = 50  # to bring one series to its end
 HEAD = """# Series of a script beside a daemon that is killed
 
@@ -51,6 +53,11 @@ after all of them, a new daemon is started on the same folder and port.
 | | |
 |---|---|
 """
+MEMORY_HEAD = f"""
+Largest resident memory after a series, in MB; the processes of the daemon begin anew with each death:
+
+| shots | {" | ".join(_WATCHED)} |
+|---|{"---|" * len(_WATCHED)}"""
 
 
 @dataclass
@@ -64,8 +71,8 @@ class Found:
     before: int = 0
     """Series that were there already."""
     wrong: list[str] = field(default_factory=list)
-    memory_mb: list[float] = field(default_factory=list)
-    """Of the script, after each series."""
+    memory_mb: list[dict[str, float]] = field(default_factory=list)
+    """Resident memory after each series, by process; one that is just dead or being started is left out."""
     seconds: float = 0.0
 
 
@@ -109,10 +116,23 @@ class Lives:
             with suppress(ProcessLookupError):
                 self._daemon.kill(victim)
 
+    def memory_mb(self) -> dict[str, float]:
+        """Resident memory of the script and of the processes of the daemon that are there."""
+        pids, found = {"script": os.getpid(), "daemon": self._daemon.process.pid}, {}
+        with suppress(OSError):  # the daemon is just dead
+            pids |= {name: pid for name in ("hardware", "web") if (pid := self._daemon.pid(name)) is not None}
+        for name, pid in pids.items():
+            with suppress(psutil.Error):
+                found[name] = psutil.Process(pid).memory_info().rss / 1e6
+        return found
+
     def wait_for_shots(self, count: int, done: threading.Event) -> bool:
         """Wait until so many shots were made in this life, however busy the machine is; True if `done` comes first."""
         seen, made = ("", 0.0), -1.0  # newest series and its shots; shots in this life, -1: it has not answered yet
         while not done.wait(0.1):
+            if self._daemon.process.poll() is not None:  # it did not bring a process back in its time, and has ended
+                self._daemon.close()
+                self.start()
             with suppress(httpx2.TransportError, LookupError):
                 newest = self._daemon.get("/jobs?limit=1&kind=acquisition").json()["items"][0]
                 now = newest["id"], newest["progress"]["done"]
@@ -161,12 +181,19 @@ def client_kills(folder: Path, shots: int, apart: tuple[int, int] = APART, seed:
             with struck(lives, found, apart, seed):
                 while len(started) * SERIES < shots:
                     started.append(_measured(lab, len(started), found))
-                    found.memory_mb.append(psutil.Process().memory_info().rss / 1e6)
+                    found.memory_mb.append(lives.memory_mb())
+                    _tell(found)
             _count(lab, started, found)
     finally:
         lives.close()
     found.seconds = time.monotonic() - began
     return found
+
+
+def _tell(found: Found) -> None:
+    """One line, so that the log of a campaign that is ended from outside says how far it came."""
+    memory = ", ".join(f"{name} {value:.1f}" for name, value in found.memory_mb[-1].items())
+    print(f"series {len(found.memory_mb)}, deaths {found.kills}, resumed {found.resumed}, MB: {memory}", flush=True)
 
 
 def _measured(lab: Client, number: int, found: Found) -> str:
@@ -204,20 +231,29 @@ def _count(lab: Client, started: list[str], found: Found) -> None:
 
 def page(found: Found, arguments: str) -> str:
     """The page of evidence."""
-    tenth = max(1, len(found.memory_mb) // 10)
-    early, late = max(found.memory_mb[:tenth]), max(found.memory_mb[-tenth:])
     killed = ", ".join(f"{name} {count}" for name, count in found.kills.items())
     rows = {
         "series, shots": f"{found.series}, {found.shots}",
         **({"series of an earlier run, which was interrupted": str(found.before)} if found.before else {}),
         "deaths": f"{sum(found.kills.values())} ({killed})",
         "series that were resumed": str(found.resumed),
-        "memory of the script, in the first tenth and in the last": f"{early:.0f} MB, {late:.0f} MB",
         "duration": f"{found.seconds:.0f} s",
         "shots or series lost, made twice or out of order": "; ".join(found.wrong) or "none",
     }
     lines = "\n".join(f"| {name} | {value} |" for name, value in rows.items())
-    return HEAD.format(arguments=arguments, series=SERIES) + lines + "\n"
+    return HEAD.format(arguments=arguments, series=SERIES) + lines + "\n" + _memory_table(found)
+
+
+def _memory_table(found: Found) -> str:
+    """The largest resident memory of each process while each thousand of shots was measured."""
+    lines = [MEMORY_HEAD]
+    each = _ROW // SERIES
+    for first in range(0, len(found.memory_mb), each):
+        rows = found.memory_mb[first : first + each]
+        largest = [max((row[name] for row in rows if name in row), default=None) for name in _WATCHED]
+        words = " | ".join("-" if value is None else f"{value:.1f}" for value in largest)
+        lines.append(f"| {(first + len(rows)) * SERIES} | {words} |")
+    return "\n".join(lines) + "\n"
 
 
 def main() -> int:

@@ -28,7 +28,7 @@ def test_the_client_loads_nothing_heavy_and_nothing_that_windows_lacks():
     assert loaded(f"{posix}; import platform_daemon.client", heavy) == []
 
 
-def test_thesynchronous_client_is_written_from_the_other_one():
+def test_the_synchronous_client_is_written_from_the_other_one():
     """If not: `python -m tests.kit.sync_client`."""
     assert {path.name: path.read_text() for path in sorted(sync_client.TARGET.glob("*.py"))} == sync_client.made()
 

@@ -26,3 +26,7 @@ def test_periods_are_counted_whatever_the_upper_estimate_of_the_frequency(period
 def test_a_record_without_swings_has_no_periods():
     assert counted_periods(np.ones((3, 500)), dt_s=1.0 / RATE_HZ, frequency_hz=200.0) == 0.0
     assert math.isfinite(counted_periods(np.zeros((1, 500)), dt_s=1.0 / RATE_HZ, frequency_hz=200.0))
+
+
+def test_a_window_of_less_than_one_point_holds_the_periods_of_the_estimate():
+    assert counted_periods(np.ones((3, 2)), dt_s=0.1, frequency_hz=0.2) == pytest.approx(0.04)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import platform_daemon as pd_
-from tests.kit.command_line import run
+from tests.kit.command_line import assert_one_line_error, here, run
 
 RATE_HZ = 10_000.0
 
@@ -72,6 +72,17 @@ def test_commands_take_a_table_as_they_take_a_recording(sim, tmp_path):
     refused = run("fit", write(tmp_path / "bare.csv", ("t", "x"), table(sim)[:2]))
     assert refused.returncode == 2
     assert "bare.csv.toml" in refused.stderr
+
+
+@pytest.mark.parametrize("columns", ["t_s,x_am2_per_s,y_am2_per_s,z_am2_per_s", "t,θ", "Time (s),Angle (°)"])
+def test_commands_that_need_specimen_and_time_say_what_a_table_is(columns, tmp_path):
+    path, details = tmp_path / "own.csv", tmp_path / "details.toml"
+    path.write_text(f"{columns}\n" + "".join(f"{k}{',0.1' * columns.count(',')}\n" for k in range(99)))
+    who = 'name = "L", city = "Lübeck", country = "DE"'
+    details.write_text(f'number = "1"\nperson = "M"\nlaboratory = {{ {who} }}\ncustomer = {{ {who} }}\n')
+    for words in (("measurand", "read", path), ("certificate", "jewel", path, "--details", details)):
+        says = ("own.csv: is a table", "nor when its shots were made", "recording of this software")
+        assert_one_line_error(here(*words), 2, *says)
 
 
 @pytest.mark.parametrize(

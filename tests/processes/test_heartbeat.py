@@ -173,3 +173,13 @@ def test_a_process_that_cannot_be_restarted_is_tried_again_and_the_others_go_on(
             for each in refused:  # of a process that there would not be
                 each.kill()
                 each.wait()
+
+
+def test_a_process_that_reports_nothing_in_its_time_is_named(monkeypatch, tmp_path):
+    monkeypatch.setattr(child, "_START_S", 0.0)
+    silent = child.Child("web", ServeOptions(platform="simulated", data=tmp_path))
+    try:
+        with pytest.raises(child.StartFailed, match="the web process has reported nothing for 0 s"):
+            silent.wait_for(child.CHECKED)
+    finally:
+        silent.end(0)

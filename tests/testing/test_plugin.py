@@ -1,12 +1,15 @@
 """The plugin of pytest in a project of somebody else."""
 
+import math
 import subprocess
 import sys
 import venv
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import platform_daemon as pd_
 from platform_daemon.testing import assert_within
 from platform_daemon.testing.plugin import recording  # noqa: F401 the kit has another fixture of that name
 from tests.kit.pages import ROOT
@@ -25,9 +28,44 @@ def test_a_fit_that_is_off_is_named_with_its_distance():
     with pytest.raises(AssertionError, match=r"f_nat_hz = 213, true 212: 10\.0 sigma"):
         assert_within(fit, {"f_nat_hz": 212.0})
     with pytest.raises(AssertionError, match="nothing to compare"):
-        assert_within(fit, {"f": 1.0})
-    with pytest.raises(AssertionError, match="beyond"):
-        assert_within({"f_nat_hz": Estimate(float("nan"), 0.1)}, {"f_nat_hz": 213.0})
+        assert_within(fit, {"lambda_per_s": 1.0})
+    for value, std in ((math.nan, 0.1), (213.0, math.nan), (213.0, math.inf), (213.0, 0.0)):
+        with pytest.raises(AssertionError, match="beyond"):
+            assert_within({"f_nat_hz": Estimate(value, std)}, {"f_nat_hz": 213.0})
+
+
+FIT = {"f_nat_hz": Estimate(213.0, 0.1), "m_r_am2": Estimate(0.012, 1e-5)}
+TRUTH = {"f_nat_hz": 213.0, "m_r_am2": 0.012, "lambda_per_s": 0.25}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ((TRUTH, FIT), "fit: it has no standard deviations.*give the fit first"),
+        ((TRUTH, TRUTH), "fit: it has no standard deviations"),
+        ((213.0, TRUTH), "fit: it has no standard deviations"),
+        ((FIT, FIT), "truth: f_nat_hz is no finite number"),
+        ((FIT, 213.0), "truth: it is no table"),
+        ((FIT, TRUTH | {"m_r_am2": math.nan}), "truth: m_r_am2 is no finite number"),
+        ((FIT, TRUTH | {"m_r_am2": None}), "truth: m_r_am2 is no finite number"),
+        ((FIT, TRUTH | {"f_nat": 99.0}), "no parameter is called 'f_nat'.*did you mean f_nat_hz"),
+        ((FIT, TRUTH, 0.0), "sigmas: 0.0 is no distance"),
+        ((FIT, TRUTH, -5), "sigmas: -5 is no distance"),
+        ((FIT, TRUTH, math.nan), "sigmas: nan is no distance"),
+        ((FIT, TRUTH, math.inf), "sigmas: inf is no distance"),
+    ],
+)
+def test_a_comparison_that_would_say_nothing_is_refused(arguments, says):
+    assert_within(FIT, TRUTH, 5)
+    with pytest.raises(pd_.InputError, match=says):
+        assert_within(*arguments)
+
+
+def test_a_refused_fit_is_not_within_anything():
+    time_s = np.arange(6000) / 10_000.0
+    noise = np.random.default_rng(1).standard_normal((3, time_s.size))
+    with pytest.raises(AssertionError, match="the fit was refused: no_signal"):
+        assert_within(pd_.fit(pd_.from_arrays(time_s, noise), model="jewel"), TRUTH)
 
 
 def test_a_recording_has_its_truth_and_is_made_once(recording):  # noqa: F811

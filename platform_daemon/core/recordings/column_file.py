@@ -221,7 +221,7 @@ def _factor(said: str | None, wanted: str, where: str, key: str) -> float:
 def _no_unit(name: str, said: str | None, path: Path, key: str, wanted: str) -> RecordingError:
     what = f"the unit of the column {name!r} is not known" if not said else f"the column {name!r} is in {said!r}"
     line = f"the line {key} = 'UNIT' besides time and signal"
-    remedy = f"call the column `{name} [UNIT]`, or write {path.name}.toml with {line}"
+    remedy = f"call the column `{name} [UNIT]`, or write {path.name}.toml with {line}, as platform-daemon info shows it"
     return RecordingError(what, where=str(path), why=f"it must be one of {wanted}, or convertible to it", remedy=remedy)
 
 
@@ -253,7 +253,8 @@ def _time_name(table: Table, path: Path) -> str:
     if found is not None:
         return found
     told = "time = 'NAME', signal = ['NAME'], time_unit = 's', unit = 'deg'"
-    remedy = f"call it time_s, or write {path.name}.toml with the lines {told} (or another unit)"
+    lines = f"{told} (or another unit), as platform-daemon info shows them"
+    remedy = f"call it time_s, or write {path.name}.toml with the lines {lines}"
     why = f"the columns are {', '.join(map(repr, table))}"
     raise RecordingError("no column is called time", where=str(path), why=why, remedy=remedy)
 

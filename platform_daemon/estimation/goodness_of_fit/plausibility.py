@@ -23,7 +23,7 @@ def plausibility_warnings(quantity: Quantity, parameters: Mapping[str, Estimate]
     causes = {
         "f_nat_hz": "the unit of the time column"
         if quantity == "angle"
-        else "the unit of baseFrequency, and the decimation",
+        else "the unit of the time, or of baseFrequency, and the decimation",
         "m_r_am2": "the units of the sensitivity and of the volts",
     }
     return tuple(

@@ -37,7 +37,7 @@ def certificate(
     from platform_daemon.core.state.durable import write_file
     from platform_daemon.features.budget.declared import declared_by
     from platform_daemon.features.fit.fit_request import FitSettings
-    from platform_daemon.features.fit.measurement import open_for_fit
+    from platform_daemon.features.fit.measurement import open_shots_for_fit
     from platform_daemon.features.measurand.library import Measurands
 
     from .dcc import dcc_xml
@@ -54,7 +54,7 @@ def certificate(
     declared = None if uncertainty is None else declared_by(uncertainty)
     found, _ = load_specimen(specimen)
     sensor = None if measurand is None else Measurands(measurands).get(measurand)
-    measurement, ask = open_for_fit(file, FitSettings(None, "d30", calibration=calibration_in(calibration)))
+    measurement, ask = open_shots_for_fit(file, FitSettings(None, "d30", calibration=calibration_in(calibration)))
     say_note(measurement.path, measurement.other_layout)
     compile_fit()
     report = certificate_of(

@@ -61,6 +61,8 @@ def harmonics(
         if isinstance(entry, HarmonicsReport):
             for each in entry.frames:
                 print((f"{entry.file}: " if len(files) > 1 else "") + harmonics_line(each))
+                for doubt in _doubts(each):
+                    say_note(Path(entry.file), f"frame {each.frame}: {doubt}")
     if errors:
         raise typer.Exit(2 if all(isinstance(e, InputError) for e in errors) else 1)
     verdicts = {f.verdict for entry in entries if isinstance(entry, HarmonicsReport) for f in entry.frames}
@@ -92,6 +94,18 @@ def _file(measurement: VoltageMeasurement, chosen: tuple[int, ...] | None) -> Ha
     return HarmonicsReport(
         file=str(path), calibration=None if used is None else used.identifier, frames=tuple(frames)
     )  # fmt: skip
+
+
+def _doubts(frame: Harmonics) -> tuple[str, ...]:
+    """As of a fit: what no resonator has."""
+    from platform_daemon.core.schemas.harmonics import HarmonicEstimate
+    from platform_daemon.estimation.goodness_of_fit.plausibility import plausibility_warnings
+    from platform_daemon.estimation.parameters import Estimate
+
+    if not isinstance(frame, HarmonicEstimate):
+        return ()
+    values = {"f_nat_hz": frame.f_nat_hz, "m_r_am2": frame.m_r_am2}
+    return plausibility_warnings("dmdt", {name: Estimate(value, 0.0) for name, value in values.items()})
 
 
 def harmonics_line(frame: Harmonics) -> str:

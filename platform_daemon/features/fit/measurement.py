@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
+import numpy as np
+
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError, RecordingError
 from platform_daemon.core.recordings.angle_series import AngleSeries, is_time_series, read_angles
@@ -207,6 +209,14 @@ class AngleMeasurement(Measurement):
         record = RingDownRecord(self.series.angle_rad, self.series.sampling_rate_hz, "angle")
         return FrameSignal(record, None, self.series.clock)
 
+    def with_hint(self, k: int, fit: FitResult) -> FitResult:
+        """See Measurement: a swing of a few degrees that is read as rad goes far round, and fits no motion."""
+        reached = float(np.nanmax(np.abs(self.series.angle_rad)))
+        if fit.reason is None or reached < math.pi / 2:
+            return fit
+        hint = f"it reaches {reached:.4g} rad, beyond 90 deg: if these are degrees, convert them, or say unit = 'deg'"
+        return replace(fit, reason=f"{fit.reason}; {hint}")
+
     def times_s(self) -> list[float | None]:
         """Of the one frame."""
         return [0.0]
@@ -271,6 +281,20 @@ def open_for_fit(path: Path, settings: FitSettings) -> tuple[Measurement, FitReq
     ask = FitRequest(model, settings.window, *held, measurement.moment_am2(), measurement.weight_over_pull())
     check_fixed(ask, calibrated=measurement.calibration is not None)
     return measurement, ask
+
+
+def open_shots_for_fit(path: Path, settings: FitSettings) -> tuple[Measurement, FitRequest]:
+    """As open_for_fit, of a recording: whoever asks needs its specimen and when its shots were made.
+
+    Raises RecordingError for a table or an angle series, which say neither, and what open_for_fit raises.
+    """
+    if path.is_file():
+        kind = "a table" if is_column_file(path) else "an angle series" if is_time_series(path) else None
+        if kind is not None:
+            what = f"is {kind}, which says neither of which specimen it is nor when its shots were made"
+            remedy = "give a recording of this software; info, fit, plot, slide, budget and diagnose take this file"
+            raise RecordingError(what, where=str(path), remedy=remedy)
+    return open_for_fit(path, settings)
 
 
 def taken_frames(

@@ -35,7 +35,7 @@ def calibrate(
     from platform_daemon.core.command_line.progress import compile_fit
     from platform_daemon.core.settings import load_specimen
     from platform_daemon.features.fit.fit_request import FitSettings
-    from platform_daemon.features.fit.measurement import open_for_fit
+    from platform_daemon.features.fit.measurement import open_shots_for_fit
 
     from .library import Measurands
     from .reference_file import read_reference
@@ -50,7 +50,7 @@ def calibrate(
     parts = []
     compile_fit()
     for file in files:
-        measurement, ask = open_for_fit(file, FitSettings(None, "d30"))
+        measurement, ask = open_shots_for_fit(file, FitSettings(None, "d30"))
         say_note(measurement.path, measurement.other_layout)
         parts.append(shots_of(measurement, ask))
     shots = joined(parts)

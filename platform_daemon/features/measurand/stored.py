@@ -7,7 +7,7 @@ from pathlib import Path
 from drivers.errors import InputError
 from platform_daemon.features.fit.fit_request import FitSettings
 from platform_daemon.features.fit.known_moment import declared_specimen
-from platform_daemon.features.fit.measurement import VoltageMeasurement, open_for_fit
+from platform_daemon.features.fit.measurement import VoltageMeasurement, open_shots_for_fit
 
 from .library import Measurands
 from .schema import MeasurandReport
@@ -22,7 +22,7 @@ def stored_readings(
 
     Raises InputError, RecordingError.
     """
-    measurement, ask = open_for_fit(path, FitSettings(None, "d30"))
+    measurement, ask = open_shots_for_fit(path, FitSettings(None, "d30"))
     kept = Measurands(folder)
     if calibration is not None:
         made = kept.get(calibration)

@@ -15,7 +15,7 @@ from platform_daemon.estimation.record import RingDownRecord
     ("quantity", "f_nat_hz", "m_r_am2", "words"),
     [
         ("dmdt", 213.0, 0.0146, []),
-        ("dmdt", 2.1e-4, 0.0146, ["f_nat is 0.00021 Hz", "baseFrequency"]),
+        ("dmdt", 2.1e-4, 0.0146, ["f_nat is 0.00021 Hz", "unit of the time, or of baseFrequency"]),
         ("dmdt", 213.0, 12e3, ["m_r is 1.2e+04 A m²", "sensitivity"]),
         ("angle", 0.8, None, []),
         ("angle", 8e-4, None, ["f_nat is 0.0008 Hz", "time column"]),

@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
+import platform_daemon as pd_
 from platform_daemon.core.command_line.parsing import parse_frames
 from platform_daemon.core.schemas.base import to_json
 from platform_daemon.features.fit.fit import fit_stored_frame
@@ -97,3 +98,12 @@ def test_a_file_with_nothing_to_read_ends_as_a_fit_does(tmp_path):
     assert "every frame was refused" in done.stderr
     assert_one_line_error(here("harmonics", changed(tmp_path, f0=np.nan, f1=np.inf)), 2, "frame 0", "channel 1")
     assert_one_line_error(here("harmonics", tmp_path / "none.h5"), 2, "none.h5")
+
+
+def test_a_table_whose_time_is_in_another_unit_is_doubted(tmp_path):
+    sim = pd_.simulate("jewel", phi_max_deg=40, seconds=0.4, seed=1, sampling_rate_hz=5000)
+    np.savez(tmp_path / "a.npz", time_s=1e3 * sim.time_s(), dmdt_am2_per_s=sim.signal())
+    told = here("harmonics", tmp_path / "a.npz").stderr
+    assert "implausible: f_nat is 0.213" in told
+    assert "unit of the time" in told
+    assert "implausible" not in here("harmonics", JEWEL).stderr

@@ -85,3 +85,13 @@ def test_a_file_is_fitted_whatever_it_holds(tmp_path):
     report = fit_measurement(angle, ask)
     assert report.frames[0].values["f_nat_hz"] == pytest.approx(2.0, abs=0.05)
     assert (report.calibration, report.notes) == (None, ())
+
+
+def test_a_few_degrees_that_are_said_to_be_radians_are_suspected(tmp_path):
+    t, angle = swing(seconds=6.0, rate_hz=100.0, start_rad=0.05)
+    wrong, right = (
+        fit_stored_frame(open_measurement(pendulum(tmp_path, t, values, name)), 0, FitRequest("thread"))[0]
+        for values, name in ((np.degrees(angle), "wrong.h5"), (angle, "right.h5"))
+    )
+    assert "beyond 90 deg: if these are degrees" in wrong.reason
+    assert right.verdict == "good"
