@@ -112,9 +112,10 @@ def _measurement(variant: str) -> Iterator[PaperNumber]:
     def highest(found: Findings) -> Value | None:
         outcome = found.outcomes.get(variant)
         ramp = None if outcome is None else outcome.ramp
-        if ramp is None or ramp.operating_field_t is None:
+        if ramp is None or ramp.max_field_t is None:
             return None
-        return Value(1e6 * ramp.operating_field_t / 0.8)
+        known = ramp.threshold_t  # its 95 % interval is four standard errors long
+        return Value(1e6 * ramp.max_field_t, None if known is None else 1e6 * (known.high - known.low) / 4.0)
 
     label = "tab:measurement_parameter"
     yield printed(label, f"{variant}: f_TX / Hz", paper[0], partial(of, 0), 0, CHARACTERISE)

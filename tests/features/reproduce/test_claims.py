@@ -170,6 +170,7 @@ def test_folders_that_cannot_be_continued(report, tmp_path):
         "shots": 100,
         "tune": True,
         "ramp": True,
+        "quick": False,
     }
     (tmp_path / "c" / "campaign.json").write_text(json.dumps(kept))
     assert_one_line_error(here("reproduce", "--out", tmp_path / "c", "--resume"), 2, "0.0.1", __version__)
