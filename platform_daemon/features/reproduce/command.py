@@ -37,7 +37,7 @@ def reproduce(
     *,
     out: Annotated[Path, typer.Option("--output", "--out", help="Folder of the campaign.")] = Path("reproduce"),
     shots: Annotated[int, typer.Option(min=2, max=100_000, help="Shots of each resonator.")] = 100,
-    quick: Annotated[bool, typer.Option("--quick", help="10 shots of each, ramps of few fields; tolerances are wider.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="10 shots of each, fewer fields; wider tolerances.")] = False,
     thread: Annotated[str, typer.Option(help="Resonator that is the thread; none: it is left out.")] = (
         "thread_imperfect"
     ),

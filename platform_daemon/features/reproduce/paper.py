@@ -14,6 +14,7 @@ from drivers.specimen import JewelBearing, Magnets
 from platform_daemon.design.equations import PAPER_JEWEL, PAPER_MAGNETS, design_numbers, friction_increase
 from platform_daemon.features.characterise.schema import FitDataset, QualityFactors, ShotStatistics
 
+from .break_even import PRINTED_BREAK_EVEN_AM2_PER_S, break_even_text
 from .findings import Findings, Value, lowest_of, mean_of, median_of, scatter_of
 from .paper_defects import defect_numbers
 from .paper_number import CHARACTERISE, DESIGN, NOISE, SHOTS, Ours, PaperNumber, printed, says, statement
@@ -307,20 +308,23 @@ def _noise() -> Iterator[PaperNumber]:
         ends = crossing.interval_am2_per_s  # 95 %: four standard errors long
         return Value(crossing.level_am2_per_s, None if ends is None else (ends[1] - ends[0]) / 4.0)
 
-    def missing(quantity: str, found: Findings) -> str:
+    def missing(quantity: str, text: str, found: Findings) -> str:
         crossing = found.break_even(quantity)
-        return found.why_no_noise if crossing is None else f"no such level: {crossing.reason}"
+        return found.why_no_noise if crossing is None else f"no such level: {crossing.reason}; {text}"
 
-    for quantity, shown, level in (("f_nat_hz", "natural frequency", 0.17), ("orientation", "orientation", 0.54)):
+    shown_as = ("natural frequency", "orientation")
+    for (quantity, level), shown, text in zip(
+        PRINTED_BREAK_EVEN_AM2_PER_S.items(), shown_as, break_even_text(), strict=True
+    ):
         yield PaperNumber(
             "fig:noise_plot",
             f"level of noise from which on the jewel is more precise, {shown} / A m2 s-1",
             level,
             0.25 * level,
-            "a quarter",
+            f"a quarter; {text}",
             partial(ours, quantity),
             NOISE,
-            missing=partial(missing, quantity),
+            missing=partial(missing, quantity, text),
         )
 
 

@@ -11,6 +11,11 @@ from platform_daemon import __version__
 from platform_daemon.core.schemas.base import EXAMPLES, to_json
 from platform_daemon.features.characterise.schema import CharacterisationReport, CharacteriseOutcome
 from platform_daemon.features.characterise.side_by_side.noise_schema import BreakEven, NoiseSweepReport
+from platform_daemon.features.reproduce.break_even import (
+    PRINTED_BREAK_EVEN_AM2_PER_S,
+    expected_break_even,
+    smallest_thread_error_deg,
+)
 from platform_daemon.features.reproduce.claims import claims_of, contradictions
 from platform_daemon.features.reproduce.command import outcome_in
 from platform_daemon.features.reproduce.findings import Findings
@@ -92,10 +97,8 @@ def test_a_break_even_point_is_judged_with_its_interval_and_its_absence_has_a_re
     assert near.tolerance == pytest.approx(math.hypot(0.25 * 0.17, 0.03))
     assert by_what(claims_of(Findings({}, sweep_with(0.4, (0.39, 0.41)))), what).verdict == "differs"
     never = by_what(claims_of(Findings({}, sweep_with(None, None, "the second is more precise at every level"))), what)
-    assert (never.verdict, never.why) == (
-        "not_reproducible",
-        "no such level: the second is more precise at every level",
-    )
+    assert never.verdict == "not_reproducible"
+    assert never.why.startswith("no such level: the second is more precise at every level; fig:noise_plot (a)")
     alone = by_what(claims_of(Findings({}, why_no_noise="only one of the resonators was measured")), what)
     assert alone.why == "only one of the resonators was measured"
 
@@ -116,11 +119,26 @@ def test_the_folder_of_what_needs_no_measurement_is_whole(unmeasured, tmp_path):
 
 
 def test_where_the_paper_disagrees_with_itself_is_said_with_the_arithmetic():
-    friction, quality, deflection = contradictions()
+    friction, quality, deflection, frequency, orientation = contradictions()
     assert "1.250 times" in friction
     assert "mu = 0.120" in friction
     assert "902, 652 and 482" in quality  # as tests/estimation/physics/test_quality.py has them
     assert "53.50 deg" in deflection
+    assert "from 10 A m2/s on, printed is 0.17" in frequency
+    assert "from 0.25 A m2/s on, printed is 0.54" in orientation
+
+
+def test_the_break_even_levels_follow_from_the_papers_scatter_and_the_bound():
+    """With the jewel's scatter that would be needed, the curves cross at the printed level."""
+    for quantity, printed in PRINTED_BREAK_EVEN_AM2_PER_S.items():
+        found = expected_break_even(quantity)
+        thread, jewel = {"f_nat_hz": (0.08, 0.13), "orientation": (0.012, 0.132)}[quantity]
+        slopes = (jewel**2 - thread**2) / found.level_am2_per_s**2
+        assert found.jewel_needed**2 - thread**2 == pytest.approx(slopes * printed**2)
+    # At a level of noise f_nat of both is known equally well: the jewel is the stronger one, and decays sooner.
+    assert expected_break_even("f_nat_hz").thread_share == pytest.approx(15.0, abs=0.5)
+    assert expected_break_even("orientation").thread_share < 1.0  # no unbiased fit
+    assert smallest_thread_error_deg() > 2.0 * 0.012
 
 
 def test_the_table_is_told_in_words_and_in_latex(unmeasured):
