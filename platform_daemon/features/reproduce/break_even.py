@@ -83,8 +83,9 @@ def break_even_text() -> tuple[str, str]:
     f, tilt = expected_break_even("f_nat_hz"), expected_break_even("orientation")
     return (
         f"fig:noise_plot (a): with the printed deviations of 0.08 and 0.13 Hz and the Cramer-Rao bound of N50 the "
-        f"jewel is more precise from {f.level_am2_per_s:.2g} A m2/s on, printed is 0.17; for that its deviation would have "
-        f"to be {f.jewel_needed:.5f} Hz, or the thread's fits scatter {f.thread_share:.2g} times as much as the bound",
+        f"jewel is more precise from {f.level_am2_per_s:.2g} A m2/s on, printed is 0.17; for that its deviation would "
+        f"have to be {f.jewel_needed:.5f} Hz, or the thread's fits scatter {f.thread_share:.2g} times as much as the "
+        f"bound",
         f"fig:noise_plot (b): with the printed mean errors of 0.012 and 0.132 deg it is from "
         f"{tilt.level_am2_per_s:.2g} A m2/s on, printed is 0.54; for that the jewel's error would have to be "
         f"{tilt.jewel_needed:.2f} deg, or the thread's fits {tilt.thread_share:.2g} times the bound, which no unbiased "

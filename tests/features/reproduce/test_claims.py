@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from xml.etree import ElementTree
 
 import pytest
@@ -111,6 +112,8 @@ def test_the_folder_of_what_needs_no_measurement_is_whole(unmeasured, tmp_path):
         assert (tmp_path / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
     page = (tmp_path / "report.html").read_text()
     assert page.count("eq:TfoverI") == 2  # among the claims, and where the paper disagrees with itself
+    widths = [int(share) for share in re.findall(r'<col style="width: (\d+)%"/>', page)]
+    assert (len(widths), sum(widths)) == (len(re.findall("<th>", page.partition("</thead>")[0])), 100)
     assert (tmp_path / "report.pdf").read_bytes().count(b"/Type /Page ") == 1 + 4 + 5  # words, claims, figures
     keys = {"label", "what", "paper", "ours", "u", "tolerance", "verdict", "why", "command"}  # as issue 41 has them
     told = json.loads((tmp_path / "claims.json").read_text())
