@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from .schema import Campaign
 
 _QUICK_SHOTS = 10
-_BLANK_SHOTS = 4  # as characterise has it
+BLANK_SHOTS = 4
+"""Before the shots of each, as characterise has it."""
 _FITS_PER_LEVEL = 30  # of the noise sweep: of fewer shots several draws of noise
 # Of --quick: from 80 % of the paper's field on, as half of it takes twice the shots; steps of 1/20 of that field.
 _QUICK_RAMPS = {"thread": {"start_t": 170e-6, "step_t": 10e-6}, "jewel": {"start_t": 390e-6, "step_t": 25e-6}}
@@ -123,7 +124,7 @@ def _request(campaign: Campaign, variant: str, resonator: str, held: dict[str, f
 
     keys = {
         "kind": "characterise",
-        "acquisition": {"resonator": resonator, "shots": campaign.shots, "blank_shots": _BLANK_SHOTS},
+        "acquisition": {"resonator": resonator, "shots": campaign.shots, "blank_shots": BLANK_SHOTS},
         "held_in_n50": held,
         "tune": campaign.tune,
         "ramp": None if not campaign.ramp else _QUICK_RAMPS[variant] if campaign.quick else {},
