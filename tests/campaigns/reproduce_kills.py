@@ -86,14 +86,14 @@ def reproduce_kills(place: Path, shots: int) -> Found:
     for phase, reached in PHASES.items():
         _killed(_words(folder, shots, *resume), phase, partial(reached, folder))
         resume = ["--resume"]
-        found.wrong += _changed(kept)
+        found.wrong += changed(kept)
         whole = [folder / f"{v}.h5" for v in ("thread", "jewel") if outcome_in(folder, v) is not None]
-        kept |= {path: _digest(path) for path in (*whole, *(folder / PARTS).glob(_PART))}
+        kept |= {path: digest(path) for path in (*whole, *(folder / PARTS).glob(_PART))}
         found.kept[phase] = len(kept)
         print(f"killed in {phase}: {len(kept)} files are whole", flush=True)
     assert not (folder / "claims.json").exists()
     _run(_words(folder, shots, *resume))
-    found.wrong += _changed(kept)
+    found.wrong += changed(kept)
     for variant in ("thread", "jewel"):
         frames = open_recording(folder / f"{variant}.h5").frames - BLANK_SHOTS
         if frames != shots:
@@ -105,8 +105,9 @@ def reproduce_kills(place: Path, shots: int) -> Found:
     return found
 
 
-def _changed(kept: Mapping[Path, str]) -> list[str]:
-    return [f"{path.name} has changed" for path, digest in kept.items() if _digest(path) != digest]
+def changed(kept: Mapping[Path, str]) -> list[str]:
+    """Files whose digest is no longer that which was kept of them, in words."""
+    return [f"{path.name} has changed" for path, digest in kept.items() if digest(path) != digest]
 
 
 def _words(folder: Path, shots: int, *more: str) -> list[str]:
@@ -130,7 +131,8 @@ def _run(words: list[str]) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def _digest(path: Path) -> str:
+def digest(path: Path) -> str:
+    """Of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
