@@ -107,7 +107,7 @@ def reproduce_kills(place: Path, shots: int) -> Found:
 
 def changed(kept: Mapping[Path, str]) -> list[str]:
     """Files whose digest is no longer that which was kept of them, in words."""
-    return [f"{path.name} has changed" for path, digest in kept.items() if digest(path) != digest]
+    return [f"{path.name} has changed" for path, before in kept.items() if digest(path) != before]
 
 
 def _words(folder: Path, shots: int, *more: str) -> list[str]:
