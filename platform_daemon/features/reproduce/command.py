@@ -78,7 +78,7 @@ def reproduce(
             if (out / f"{variant}.h5").is_file() and outcome_in(out, variant, of=name) is not None:
                 print(f"{variant}: measured before, {out / f'{variant}.h5'}")
                 continue
-            made_of = _request(campaign, variant, name, _held(out, variant))
+            made_of = characterise_request(campaign, variant, name, _held(out, variant))
             _measure(engine, made_of, out / f"{variant}.h5", dry_run=dry_run)
     if not dry_run:
         report_on(out, draws=max(1, round(_FITS_PER_LEVEL / made)))
@@ -118,7 +118,10 @@ def _held(out: Path, variant: str) -> dict[str, float]:
     return {} if found is None else {"lambda_per_s": found.mean}
 
 
-def _request(campaign: Campaign, variant: str, resonator: str, held: dict[str, float]) -> CharacteriseRequest:
+def characterise_request(
+    campaign: Campaign, variant: str, resonator: str, held: dict[str, float]
+) -> CharacteriseRequest:
+    """Of one resonator; held: in its N50 fits.  Raises InputError."""
     from drivers.validation import validated
     from platform_daemon.features.characterise.schema import CharacteriseRequest
 

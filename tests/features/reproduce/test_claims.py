@@ -18,11 +18,11 @@ from platform_daemon.features.reproduce.break_even import (
     smallest_thread_error_deg,
 )
 from platform_daemon.features.reproduce.claims import claims_of, contradictions
-from platform_daemon.features.reproduce.command import outcome_in
+from platform_daemon.features.reproduce.command import characterise_request, outcome_in
 from platform_daemon.features.reproduce.findings import Findings
 from platform_daemon.features.reproduce.folder import write_claims
 from platform_daemon.features.reproduce.report import claims_latex, claims_text, count_text
-from platform_daemon.features.reproduce.schema import Claims
+from platform_daemon.features.reproduce.schema import Campaign, Claims
 from tests.kit.command_line import assert_one_line_error, here
 
 SHOTS = 2
@@ -204,6 +204,19 @@ def test_folders_that_cannot_be_continued(report, tmp_path):
     assert_one_line_error(here("reproduce", "--out", tmp_path / "c", "--resume"), 2, "no campaign to continue")
     both = ("--thread", "none", "--jewel", "none")
     assert_one_line_error(here("reproduce", "--out", tmp_path / "d", *both), 2, "no resonator is left")
+
+
+def test_ramps_of_a_quick_campaign_begin_at_four_fifths_of_the_papers_field_and_others_at_half_the_presets():
+    keys = {"software_version": __version__, "platform": "simulated", "changes": (), "shots": 10, "tune": True}
+    for variant, paper_t in (("jewel", 490e-6), ("thread", 215e-6)):
+        quick, whole, none = (
+            characterise_request(Campaign(ramp=ramp, quick=short, **keys), variant, variant, {})
+            for ramp, short in ((True, True), (True, False), (False, True))
+        )
+        assert quick.ramp.start_t == pytest.approx(0.8 * paper_t, rel=0.02)
+        assert quick.ramp_request().step_t == pytest.approx(paper_t / 20.0, rel=0.1)
+        assert (whole.ramp.start_t, whole.ramp_request().step_t) == (None, 10e-6)
+        assert none.ramp is None
 
 
 @pytest.mark.long
