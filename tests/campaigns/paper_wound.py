@@ -285,7 +285,9 @@ def main() -> None:
     parser.add_argument("--resonator", help="no search: shots of this shipped resonator, as thread_published")
     parser.add_argument("--shots", type=int, default=12, help="of --resonator")
     parser.add_argument("--seed", type=int, default=1, help="of --resonator")
-    parser.add_argument("--pause-s", type=float, default=0.0, help="between shots of --resonator, beyond the paper's t_RX")
+    parser.add_argument(
+        "--pause-s", type=float, default=0.0, help="between shots of --resonator, beyond the paper's t_RX"
+    )
     asked = parser.parse_args()
     if asked.resonator:
         found = list(numbers_of_shots(asked.resonator, asked.shots, asked.seed, asked.pause_s))
