@@ -230,12 +230,15 @@ def _values(names: Sequence[str], values: NDArray[np.float64]) -> tuple[dict[str
     return dict(zip(names, numbers, strict=False)), numbers[len(names) :]
 
 
-def numbers_of_shots(name: str, shots: int, seed: int = 1) -> Iterator[dict[Any, float]]:
-    """What the fits find of shots of a shipped resonator in the paper's field, one after the other as in the paper."""
+def numbers_of_shots(name: str, shots: int, seed: int = 1, pause_s: float = 0.0) -> Iterator[dict[Any, float]]:
+    """What the fits find of shots of a shipped resonator in the paper's field, one after the other as in the paper.
+
+    pause_s: between the end of the paper's RX window and the next shot, s.
+    """
     bench, rotor = Bench(None, seed=seed, switch__transient_v=[0.0, 0.0, 0.0]), specimen(name)
     program = timeline(bench.channels[0], FIELD_T[rotor.variant], rx=int(_RX_S[rotor.variant] * CLOCK.rate_hz))
-    pause_s = _RECEIVED_S[rotor.variant] - _RX_S[rotor.variant]
-    for shot in play(bench.backend, rotor, program, shots, 40.0, pause_s, at_rest=False):
+    between_s = _RECEIVED_S[rotor.variant] - _RX_S[rotor.variant] + pause_s
+    for shot in play(bench.backend, rotor, program, shots, 40.0, between_s, at_rest=False):
         yield _fitted(bench, rotor.variant, shot.volts)
 
 
@@ -282,9 +285,12 @@ def main() -> None:
     parser.add_argument("--resonator", help="no search: shots of this shipped resonator, as thread_published")
     parser.add_argument("--shots", type=int, default=12, help="of --resonator")
     parser.add_argument("--seed", type=int, default=1, help="of --resonator")
+    parser.add_argument(
+        "--pause-s", type=float, default=0.0, help="between shots of --resonator, beyond the paper's t_RX"
+    )
     asked = parser.parse_args()
     if asked.resonator:
-        found = list(numbers_of_shots(asked.resonator, asked.shots, asked.seed))
+        found = list(numbers_of_shots(asked.resonator, asked.shots, asked.seed, asked.pause_s))
         print(compared(specimen(asked.resonator).variant, found))
         return
     for variant in [asked.variant] if asked.variant else PUBLISHED:

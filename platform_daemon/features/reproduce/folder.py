@@ -23,6 +23,7 @@ from .schema import Claims
 
 _TITLE = "The paper's numbers by one command"
 _HEADINGS = ("what", "paper", "ours", "tolerance", "verdict")
+_WIDTHS = (16, 16, 7, 7, 8, 9, 5, 12, 20)  # label and these, u, command, why
 
 
 def write_claims(
@@ -46,6 +47,7 @@ def write_claims(
         tables=list(tables_of(reports)),
         figures=[*design_figures(), *measured_figures(reports, tasks, noise)],
         first=_table(claims, with_why=True),
+        first_widths=_WIDTHS,
         first_printed=_table(claims, with_why=False),
     )
     write_folder(folder, told)

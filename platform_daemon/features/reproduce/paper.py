@@ -14,6 +14,7 @@ from drivers.specimen import JewelBearing, Magnets
 from platform_daemon.design.equations import PAPER_JEWEL, PAPER_MAGNETS, design_numbers, friction_increase
 from platform_daemon.features.characterise.schema import FitDataset, QualityFactors, ShotStatistics
 
+from .break_even import PRINTED_BREAK_EVEN_AM2_PER_S, break_even_text
 from .findings import Findings, Value, lowest_of, mean_of, median_of, scatter_of
 from .paper_defects import defect_numbers
 from .paper_number import CHARACTERISE, DESIGN, NOISE, SHOTS, Ours, PaperNumber, printed, says, statement
@@ -112,9 +113,10 @@ def _measurement(variant: str) -> Iterator[PaperNumber]:
     def highest(found: Findings) -> Value | None:
         outcome = found.outcomes.get(variant)
         ramp = None if outcome is None else outcome.ramp
-        if ramp is None or ramp.operating_field_t is None:
+        if ramp is None or ramp.max_field_t is None:
             return None
-        return Value(1e6 * ramp.operating_field_t / 0.8)
+        known = ramp.threshold_t  # its 95 % interval is four standard errors long
+        return Value(1e6 * ramp.max_field_t, None if known is None else 1e6 * (known.high - known.low) / 4.0)
 
     label = "tab:measurement_parameter"
     yield printed(label, f"{variant}: f_TX / Hz", paper[0], partial(of, 0), 0, CHARACTERISE)
@@ -306,20 +308,23 @@ def _noise() -> Iterator[PaperNumber]:
         ends = crossing.interval_am2_per_s  # 95 %: four standard errors long
         return Value(crossing.level_am2_per_s, None if ends is None else (ends[1] - ends[0]) / 4.0)
 
-    def missing(quantity: str, found: Findings) -> str:
+    def missing(quantity: str, text: str, found: Findings) -> str:
         crossing = found.break_even(quantity)
-        return found.why_no_noise if crossing is None else f"no such level: {crossing.reason}"
+        return found.why_no_noise if crossing is None else f"no such level: {crossing.reason}; {text}"
 
-    for quantity, shown, level in (("f_nat_hz", "natural frequency", 0.17), ("orientation", "orientation", 0.54)):
+    shown_as = ("natural frequency", "orientation")
+    for (quantity, level), shown, text in zip(
+        PRINTED_BREAK_EVEN_AM2_PER_S.items(), shown_as, break_even_text(), strict=True
+    ):
         yield PaperNumber(
             "fig:noise_plot",
             f"level of noise from which on the jewel is more precise, {shown} / A m2 s-1",
             level,
             0.25 * level,
-            "a quarter",
+            f"a quarter; {text}",
             partial(ours, quantity),
             NOISE,
-            missing=partial(missing, quantity),
+            missing=partial(missing, quantity, text),
         )
 
 

@@ -57,3 +57,5 @@ class Campaign(Schema):
     """f_nat and the sequence were found first."""
     ramp: bool
     """The field was found by a ramp."""
+    quick: bool
+    """The ramps began at 80 % of the paper's field, and had larger steps."""

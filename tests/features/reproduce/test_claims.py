@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from xml.etree import ElementTree
 
 import pytest
@@ -11,12 +12,17 @@ from platform_daemon import __version__
 from platform_daemon.core.schemas.base import EXAMPLES, to_json
 from platform_daemon.features.characterise.schema import CharacterisationReport, CharacteriseOutcome
 from platform_daemon.features.characterise.side_by_side.noise_schema import BreakEven, NoiseSweepReport
+from platform_daemon.features.reproduce.break_even import (
+    PRINTED_BREAK_EVEN_AM2_PER_S,
+    expected_break_even,
+    smallest_thread_error_deg,
+)
 from platform_daemon.features.reproduce.claims import claims_of, contradictions
-from platform_daemon.features.reproduce.command import outcome_in
+from platform_daemon.features.reproduce.command import characterise_request, outcome_in
 from platform_daemon.features.reproduce.findings import Findings
 from platform_daemon.features.reproduce.folder import write_claims
 from platform_daemon.features.reproduce.report import claims_latex, claims_text, count_text
-from platform_daemon.features.reproduce.schema import Claims
+from platform_daemon.features.reproduce.schema import Campaign, Claims
 from tests.kit.command_line import assert_one_line_error, here
 
 SHOTS = 2
@@ -92,10 +98,8 @@ def test_a_break_even_point_is_judged_with_its_interval_and_its_absence_has_a_re
     assert near.tolerance == pytest.approx(math.hypot(0.25 * 0.17, 0.03))
     assert by_what(claims_of(Findings({}, sweep_with(0.4, (0.39, 0.41)))), what).verdict == "differs"
     never = by_what(claims_of(Findings({}, sweep_with(None, None, "the second is more precise at every level"))), what)
-    assert (never.verdict, never.why) == (
-        "not_reproducible",
-        "no such level: the second is more precise at every level",
-    )
+    assert never.verdict == "not_reproducible"
+    assert never.why.startswith("no such level: the second is more precise at every level; fig:noise_plot (a)")
     alone = by_what(claims_of(Findings({}, why_no_noise="only one of the resonators was measured")), what)
     assert alone.why == "only one of the resonators was measured"
 
@@ -108,6 +112,8 @@ def test_the_folder_of_what_needs_no_measurement_is_whole(unmeasured, tmp_path):
         assert (tmp_path / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
     page = (tmp_path / "report.html").read_text()
     assert page.count("eq:TfoverI") == 2  # among the claims, and where the paper disagrees with itself
+    widths = [int(share) for share in re.findall(r'<col style="width: (\d+)%"/>', page)]
+    assert (len(widths), sum(widths)) == (len(re.findall("<th>", page.partition("</thead>")[0])), 100)
     assert (tmp_path / "report.pdf").read_bytes().count(b"/Type /Page ") == 1 + 4 + 5  # words, claims, figures
     keys = {"label", "what", "paper", "ours", "u", "tolerance", "verdict", "why", "command"}  # as issue 41 has them
     told = json.loads((tmp_path / "claims.json").read_text())
@@ -116,11 +122,26 @@ def test_the_folder_of_what_needs_no_measurement_is_whole(unmeasured, tmp_path):
 
 
 def test_where_the_paper_disagrees_with_itself_is_said_with_the_arithmetic():
-    friction, quality, deflection = contradictions()
+    friction, quality, deflection, frequency, orientation = contradictions()
     assert "1.250 times" in friction
     assert "mu = 0.120" in friction
     assert "902, 652 and 482" in quality  # as tests/estimation/physics/test_quality.py has them
     assert "53.50 deg" in deflection
+    assert "from 10 A m2/s on, printed is 0.17" in frequency
+    assert "from 0.25 A m2/s on, printed is 0.54" in orientation
+
+
+def test_the_break_even_levels_follow_from_the_papers_scatter_and_the_bound():
+    """With the jewel's scatter that would be needed, the curves cross at the printed level."""
+    for quantity, printed in PRINTED_BREAK_EVEN_AM2_PER_S.items():
+        found = expected_break_even(quantity)
+        thread, jewel = {"f_nat_hz": (0.08, 0.13), "orientation": (0.012, 0.132)}[quantity]
+        slopes = (jewel**2 - thread**2) / found.level_am2_per_s**2
+        assert found.jewel_needed**2 - thread**2 == pytest.approx(slopes * printed**2)
+    # At a level of noise f_nat of both is known equally well: the jewel is the stronger one, and decays sooner.
+    assert expected_break_even("f_nat_hz").thread_share == pytest.approx(15.0, abs=0.5)
+    assert expected_break_even("orientation").thread_share < 1.0  # no unbiased fit
+    assert smallest_thread_error_deg() > 2.0 * 0.012
 
 
 def test_the_table_is_told_in_words_and_in_latex(unmeasured):
@@ -170,6 +191,7 @@ def test_folders_that_cannot_be_continued(report, tmp_path):
         "shots": 100,
         "tune": True,
         "ramp": True,
+        "quick": False,
     }
     (tmp_path / "c" / "campaign.json").write_text(json.dumps(kept))
     assert_one_line_error(here("reproduce", "--out", tmp_path / "c", "--resume"), 2, "0.0.1", __version__)
@@ -182,6 +204,19 @@ def test_folders_that_cannot_be_continued(report, tmp_path):
     assert_one_line_error(here("reproduce", "--out", tmp_path / "c", "--resume"), 2, "no campaign to continue")
     both = ("--thread", "none", "--jewel", "none")
     assert_one_line_error(here("reproduce", "--out", tmp_path / "d", *both), 2, "no resonator is left")
+
+
+def test_ramps_of_a_quick_campaign_begin_at_four_fifths_of_the_papers_field_and_others_at_half_the_presets():
+    keys = {"software_version": __version__, "platform": "simulated", "changes": (), "shots": 10, "tune": True}
+    for variant, paper_t in (("jewel", 490e-6), ("thread", 215e-6)):
+        quick, whole, none = (
+            characterise_request(Campaign(ramp=ramp, quick=short, **keys), variant, variant, {})
+            for ramp, short in ((True, True), (True, False), (False, True))
+        )
+        assert quick.ramp.start_t == pytest.approx(0.8 * paper_t, rel=0.02)
+        assert quick.ramp_request().step_t == pytest.approx(paper_t / 20.0, rel=0.1)
+        assert (whole.ramp.start_t, whole.ramp_request().step_t) == (None, 10e-6)
+        assert none.ramp is None
 
 
 @pytest.mark.long

@@ -35,6 +35,7 @@ class SideBySide:
         title: of page and PDF; said: sentences in front of everything.
         first: a table in front of the others that has files of its own; first_printed: the same for the PDF, where
             there is less room; None: there is none.
+        first_widths: of its columns on the page, percent, so that it is never wider than the page.
     """
 
     title: str
@@ -42,6 +43,7 @@ class SideBySide:
     tables: Sequence[NamedTable]
     figures: Sequence[NamedFigure]
     first: WordedTable | None = field(default=None)
+    first_widths: Sequence[int] = field(default=())
     first_printed: WordedTable | None = field(default=None)
 
 
