@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from platform_daemon.estimation.one_angle_error import Fitted, one_angle_error, said_of
 from platform_daemon.estimation.physics.models import RingDownModel
 
-from .effects.additive import zero_drifts
+from .effect_search import selected_effects
 from .effects.effect import Candidate
-from .effects.receiver import receiver_candidates
-from .effects.torque import (
-    drift_candidate,
-    pendulum_candidates,
-    settling_candidate,
-    stribeck_candidates,
-    torque_candidates,
-)
 from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, rejected_effects
-from .findings.experiment_design import discrimination
+from .findings.ambiguity import ambiguity_of
 from .findings.missing_torque import MissingTorque, missing_torque
 from .findings.moving_parameters import MovingParameter, moving_parameters
 from .findings.negligible_effects import NegligibleEffect, negligible_effects
-from .findings.next_measurements import Ambiguity, Proposal, proposals
+from .findings.next_measurements import Proposal, proposals
 from .findings.notes import notes, two_in_place_notes, undecided
 from .findings.rotor_findings import (
     leaves_less,
@@ -41,23 +29,21 @@ from .findings.rotor_findings import (
     unsearched,
 )
 from .findings.rotor_parting import parting
+from .findings.side_modes import with_side_modes
 from .findings.verdict import assess_diagnosis
 from .regression.cross_validation import CrossValidation, cross_validate
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .regression.parameters import Mean, means, widened, window_disagreement
-from .regression.prediction import unpredicted, window_of
+from .regression.score_test import ScoreTable
 from .report_schema import DiagnosisVerdict
 from .rigid_body.defects import ManufacturingError, manufacturing_error
 from .rigid_body.plane_test import PlaneTest, plane_test
 from .selection.clock_gaps import filled_angles, filled_dipoles
-from .selection.component_search import with_tone_free_noise
-from .selection.confounders import gain_of
-from .selection.data_integrity import DataDefect, data_defects, gap_filled, merged
-from .selection.kick_search import kicks
+from .selection.data_integrity import DataDefect, data_defects, merged
 from .selection.omnibus_test import omnibus_test
 from .selection.scales import fits_at_neighbouring_scales
-from .selection.stepwise import ProgressCallback, Selection, select_effects
+from .selection.stepwise import ProgressCallback, Selection
 from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
 from .shots.shot import DiagnosisShot, PreparedShot
 from .shots.thread_pool import shot_pool
@@ -201,49 +187,102 @@ def _diagnose(
         raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
     if len(swings) > len(prepared):
         plane = plane_test(prepared)
-    found, late = _selected(prepared, model, gaps, progress, pool)
+    found, late = selected_effects(prepared, model, gaps, progress, pool)
     gaps = merged([*gaps, *late])
     progress("prediction of held-out data", 0.8)
+    searched = _validated(found, gaps, pool)
+    if plane is not None and not plane.may_leave and may_be_a_rotor(searched.found.base, searched.verdict):
+        base = searched.found.base
+        beside = manufacturing_error(base, pool)
+        if beside is not None and leaves_less(beside, searched.final, searched.verdict):
+            return replace(
+                _of_rotor(base, plane, beside, pool),
+                shots=tuple(shots),
+                refused=tuple(refused),
+                integrity=(*defects, *flawed, *gaps),
+                notes=(*remarks, *test(base), *rotor_notes(beside)),
+                seconds=time.perf_counter() - began_s,
+            )
+    progress("parameters before and after", 0.9)
+    of_effects = _of_effects(searched, prepared[0], model, gaps, refused, pool)
+    return replace(
+        of_effects,
+        shots=tuple(shots),
+        refused=tuple(refused),
+        integrity=(*defects, *flawed, *gaps),
+        notes=(*remarks, *test(searched.final), *plane_notes(plane, shots), *of_effects.notes),
+        seconds=time.perf_counter() - began_s,
+        plane=plane,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Searched:
+    """The search and its final fit after validation, with the scores, the names and what is doubted."""
+
+    found: Selection
+    table: ScoreTable
+    final: JointFit
+    before: CrossValidation
+    after: CrossValidation
+    dropped: tuple[Candidate, ...]
+    named: tuple[AcceptedEffect, ...]
+    verdict: DiagnosisVerdict
+    doubts: tuple[str, ...]
+
+
+def _validated(found: Selection, gaps: Sequence[DataDefect], pool: Executor) -> _Searched:
     table, before, after, dropped, replaced = validate_effects(found, pool)
     final = table.joint_fit
     if final is not found.best:
         found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, table, after, replaced, pool) if final.hypothesis.effects else ()
     verdict, doubts = assess_diagnosis(found, final, named, gaps, after)
-    if plane is not None and not plane.may_leave and may_be_a_rotor(found.base, verdict):
-        beside = manufacturing_error(found.base, pool)
-        if beside is not None and leaves_less(beside, final, verdict):
-            return replace(
-                _of_rotor(found.base, plane, beside, pool),
-                shots=tuple(shots),
-                refused=tuple(refused),
-                integrity=(*defects, *flawed, *gaps),
-                notes=(*remarks, *test(found.base), *rotor_notes(beside)),
-                seconds=time.perf_counter() - began_s,
-            )
-    tentative, why_not = _not_accepted(found, final, named, doubts) if verdict == "unexplained" else ((), "")
+    return _Searched(
+        found=found,
+        table=table,
+        final=final,
+        before=before,
+        after=after,
+        dropped=dropped,
+        named=named,
+        verdict=verdict,
+        doubts=doubts,
+    )
+
+
+def _of_effects(
+    searched: _Searched,
+    first: PreparedShot,
+    model: RingDownModel,
+    gaps: Sequence[DataDefect],
+    refused: Sequence[UnfittedShot],
+    pool: Executor,
+) -> Diagnosis:
+    """The diagnosis by effects on one angle, without shots, defects of the data, time, and notes on further shots."""
+    found, final, verdict, named = searched.found, searched.final, searched.verdict, searched.named
+    tentative, why_not = _not_accepted(found, final, named, searched.doubts) if verdict == "unexplained" else ((), "")
     if verdict == "unexplained":
         named = ()
-    progress("parameters before and after", 0.9)
     rest = found.omnibus_test
     torque = missing_torque(final, rest) if verdict in ("unexplained", "partly_explained") else None
     exact, alike = means(final), [r.candidate for n in named for r in n.confounders]
-    small = negligible_effects(table, dropped, found.trials, pool) if verdict == "explained" else []
+    small = negligible_effects(searched.table, searched.dropped, found.trials, pool) if verdict == "explained" else []
     spanned = widened(exact, _other_explanations(final, named, small, pool))
-    spanned, side_modes = _with_side_modes(spanned, prepared[0], model)
+    spanned, side_modes = with_side_modes(spanned, first, model)
     return Diagnosis(
-        shots=tuple(shots),
-        refused=tuple(refused),
+        shots=(),
+        refused=(),
         model=model,
         verdict=verdict,
         named=(*named, *gap_effects(gaps)),
         tentative=tentative,
         why_not=why_not,
-        integrity=(*defects, *flawed, *gaps),
+        integrity=(),
         found=found,
         final=final,
-        before=before,
-        after=after,
+        before=searched.before,
+        after=searched.after,
         parameters_before=means(found.base),
         parameters_after=spanned,
         sigma_before=window_disagreement(found.base, pool),
@@ -252,40 +291,21 @@ def _diagnose(
         moving=moving_parameters(found.base, pool),
         next_measurements=tuple(
             proposals(
-                [_ambiguity(n, final, pool) for n in named if n.confounders],
+                [ambiguity_of(n, final, pool) for n in named if n.confounders],
                 rest.excess if torque is not None else 0.0,
-                dipole=shots[0].record.quantity != "angle",
+                dipole=first.shot.record.quantity != "angle",
             )
         ),
         notes=(
-            *remarks,
-            *test(final),
-            *plane_notes(plane, shots),
-            *notes(found, final, alike, refused, dropped),
+            *notes(found, final, alike, refused, searched.dropped),
             *two_in_place_notes(named),
             *(one.note for one in small[:1]),
-            *doubts,
+            *searched.doubts,
             *undecided(exact, spanned),
             *side_modes,
         ),
-        seconds=time.perf_counter() - began_s,
-        plane=plane,
+        seconds=0.0,
     )
-
-
-def _with_side_modes(
-    found: dict[str, Mean], prepared: PreparedShot, model: RingDownModel
-) -> tuple[dict[str, Mean], tuple[str, ...]]:
-    """Parameters whose errors contain what one angle leaves out of a jewel's rotor with a weight, and a note on it."""
-    known, held = prepared.shot.rotor, {p.name: p.fixed for p in model.parameters.values() if p.fixed is not None}
-    if known is None or "weight_over_pull" not in held:
-        return found, ()
-    first, last = window_of(prepared)
-    shot = prepared.shot
-    fitted = Fitted(model=model, first=first, samples=last - first, rate_hz=shot.rate_hz, sd=shot.noise.sd)
-    off = one_angle_error(fitted, {name: m.value for name, m in found.items()}, known, held)
-    wider = {name: replace(m, std=math.hypot(m.std, off.get(name, 0.0))) for name, m in found.items()}
-    return wider, said_of(off, {name: m.std for name, m in found.items()})
 
 
 def _rotor(
@@ -363,81 +383,3 @@ def _not_accepted(
     if found.rejected is not None and found.rejected.chi2 < final.chi2:
         return rejected_effects(found.rejected, found.trials), "it fits better, but does not predict what was not used"
     return named, doubts[0] if doubts else "together they explain less than half of what is missing"
-
-
-def _selected(
-    prepared: list[PreparedShot],
-    model: RingDownModel,
-    local: Sequence[DataDefect],
-    progress: ProgressCallback,
-    pool: Executor,
-) -> tuple[Selection, list[DataDefect]]:
-    """The selected effects, and clock gaps that only a model of the motion shows.
-
-    A missing effect looks like such gaps, and they look like a missing effect: both are tried, and the smaller residual
-    decides.
-    """
-    found = _effects(prepared, model, progress, pool)
-    filled, gaps = gap_filled(prepared, model, pool, local)
-    if gaps:
-        refilled = _effects(filled, model, progress, pool)
-        return (refilled, gaps) if _leaves_less(refilled, found) else (found, [])
-    best = found.best
-    if not best.hypothesis.torques:
-        return found, []
-    known = [replace(s, state=best.full_state(k)) for k, s in enumerate(best.prepared)]
-    filled, gaps = gap_filled(known, best.hypothesis.augmented, pool, local)
-    if not gaps:
-        return found, []
-    refilled = _effects(
-        [replace(m, state=s.state) for m, s in zip(filled, prepared, strict=True)], model, progress, pool
-    )
-    return (refilled, gaps) if _leaves_less(refilled, found) else (found, [])
-
-
-def _leaves_less(one: Selection, other: Selection) -> bool:
-    """True if one leaves only noise, and significantly less than the other, in units of this noise."""
-    if one.best.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof:
-        return False
-    left = [sum(float(np.sum(unpredicted(s.best, k) ** 2)) for k in range(len(s.best.linear))) for s in (one, other)]
-    return left[0] * (1.0 + THRESHOLDS.selection.model_gap_chi2 / one.best.dof) < left[1]
-
-
-def _effects(
-    prepared: Sequence[PreparedShot], model: RingDownModel, progress: ProgressCallback, pool: Executor
-) -> Selection:
-    """The joint fit of the declared model, and the effects that it lacks."""
-    base = with_tone_free_noise(fit_jointly(prepared, Hypothesis(model), pool), pool)
-    return select_effects(base, candidates_for(base), pool, progress)
-
-
-def _ambiguity(named: AcceptedEffect, final: JointFit, pool: Executor) -> Ambiguity:
-    """An effect with its look-alikes, and the discrimination that further measurements would bring."""
-    effect = named.candidate
-    # An effect with a hidden scale is represented by its likeliest value.
-    others: dict[object, Candidate] = {}
-    accepted = [t.term for t in final.hypothesis.torques]
-    for c in (r.candidate for r in named.confounders):
-        if c.effect is not effect.effect and (c.term is None or c.term not in accepted):
-            others.setdefault((c.effect.id, c.detail) if c.term is None else c.term.name, c)
-    alike = tuple(others.values()) or tuple(r.candidate for r in named.confounders if r.candidate.term is effect.term)
-
-    def expected(key: str) -> list[float] | None:
-        return discrimination(final, effect, alike, key, pool)
-
-    return Ambiguity(effect=effect, confounders=alike, rise=named.rise, gain=gain_of(final, effect), expected=expected)
-
-
-def candidates_for(base: JointFit) -> list[Candidate]:
-    """Torque and receiver candidates of such shots; the search itself finds additive ones."""
-    model, record = base.hypothesis.model, base.prepared[0].shot.record
-    if record.quantity == "angle":
-        fastest = max(2.0 * s.dynamics.w * math.sin(0.5 * abs(s.dynamics.amplitude)) for s in base.states)
-        longest_s = max(float(s.time_s[-1]) for s in base.prepared)
-        return [*pendulum_candidates(model, fastest, longest_s), *zero_drifts(longest_s), *kicks(base)]
-    small = all(abs(s.dynamics.amplitude) < THRESHOLDS.effects.hertz_law_rad for s in base.states)
-    found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
-    # A weak drift too: without it others imitate one that comes to rest.
-    found.append(settling_candidate(max(float(s.time_s[-1]) for s in base.prepared)))
-    f_nat_hz = float(np.mean([s.dynamics.w for s in base.states])) / (2.0 * math.pi)
-    return [*found, *receiver_candidates(record.channels, record.quantity, f_nat_hz)]

@@ -22,7 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from platform_daemon.diagnosis.diagnose import candidates_for, diagnose_shots
+from platform_daemon.diagnosis.diagnose import diagnose_shots
+from platform_daemon.diagnosis.effect_search import candidates_for
 from platform_daemon.diagnosis.effects.torque import settling_candidate
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.diagnose import DiagnosisError, candidates_for, diagnose_shots
+from platform_daemon.diagnosis.diagnose import DiagnosisError, diagnose_shots
+from platform_daemon.diagnosis.effect_search import candidates_for
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.regression.score_test import score_table

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.diagnose import candidates_for, diagnose_shots
+from platform_daemon.diagnosis.diagnose import diagnose_shots
+from platform_daemon.diagnosis.effect_search import candidates_for
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.regression.parameters import public_parameters

@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.initial_guess.guess import observes_dipole
+from platform_daemon.estimation.least_squares.constraints import fixed_values
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation, FreeGainObservation
 from platform_daemon.estimation.least_squares.public_parameters import by_convention
@@ -69,8 +71,7 @@ def _begun(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | None:
     record = shot.record
     last = min(record.end, record.valid_from + round(_LIMITS.beginning_s * shot.rate_hz))
     try:
-        prepared = prepare_record(replace(record, valid_to=last), "d30", shot.noise, {})
-        state = by_convention(find_minimum(prepared, model)[1].state, model)
+        state = by_convention(_found(replace(record, valid_to=last), shot, model), model)
     except (RefusedError, LostTrajectoryError):
         return None
     frequency_hz = state.dynamics.w / (2.0 * math.pi)
@@ -116,13 +117,19 @@ def _minimum(shot: DiagnosisShot, model: RingDownModel) -> FitState:
     Raises RefusedError, LostTrajectoryError.
     """
     try:
-        return find_minimum(prepare_record(shot.record, "d30", shot.noise, {}), model)[1].state
+        return _found(shot.record, shot, model)
     except RefusedError:
         if shot.record.quantity != "angle":
             raise
         record = shot.record
         part = replace(record, valid_to=record.valid_from + (record.end - record.valid_from) // _LIMITS.first_part)
-        return find_minimum(prepare_record(part, "d30", shot.noise, {}), model)[1].state
+        return _found(part, shot, model)
+
+
+def _found(part: RingDownRecord, shot: DiagnosisShot, model: RingDownModel) -> FitState:
+    """Of a part of the shot's record, with what the model itself holds held.  Raises as above."""
+    held = fixed_values(model, None, dipole=observes_dipole(part, model))
+    return find_minimum(prepare_record(part, "d30", shot.noise, held), model)[1].state
 
 
 def _end(shot: DiagnosisShot, model: RingDownModel, state: FitState) -> int:

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from platform_daemon.core.schemas.fits import FrameFit
 from platform_daemon.estimation.physics.mirror import on_one_branch
 from platform_daemon.features.fit.series.summary import on_the_circle, summary
+from platform_daemon.uncertainty.budget import NotDeclared
+from platform_daemon.uncertainty.inputs import InputQuantity
 
 from .influences import Effect, Situation
 from .thresholds import CORRELATED_SD, DISAGREE_SD
@@ -115,3 +117,20 @@ def explained(long: Sequence[Effect], short: Sequence[Effect]) -> Array:
     """Standard deviation, (m,), of N50 minus D30 by what is declared: an error of a gain moves the two differently."""
     parts = [(b.effects - a.effects) * a.known.u for a, b in zip(long, short, strict=True) if a.known is not None]
     return np.sqrt(np.sum(np.square(parts), axis=0)) if parts else np.zeros(len(long[0].effects))
+
+
+def add_model(k: int, told: Statistics, lines: list[tuple[InputQuantity, float]], missing: list[NotDeclared]) -> None:
+    """The line of what the two windows disagree by for parameter `k`, or why there is none."""
+    if told.difference is None or told.difference_std is None:
+        missing.append(NotDeclared("model (it is seen where D30 and N50 are both fitted)", math.nan))
+        return
+    difference, std = float(told.difference[k]), float(told.difference_std[k])
+    if math.isnan(difference):
+        missing.append(NotDeclared("model (N50 holds the parameter)", math.nan))
+        return
+    if (u := float(told.model_u[k])) > 0.0:
+        source = f"N50 minus D30 is {difference:.3g}, its noise {std:.2g}"
+        lines.append((InputQuantity(name="model", value=0.0, u=u, distribution="rectangular", source=source), 1.0))
+    elif std > 0.0:
+        what = "model (N50 and D30 agree), per standard deviation of their difference"
+        missing.append(NotDeclared(what, std, looked_for=True))

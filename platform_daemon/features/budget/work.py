@@ -31,7 +31,7 @@ from .declared import declared_in
 from .influences import Effect, Situation, effects_of
 from .off_centre import OffCentre, off_centre
 from .response import response_of, turned_to_rodrigues
-from .statistics import Statistics, differences, explained, scatter_of
+from .statistics import Statistics, add_model, differences, explained, scatter_of
 
 Array = NDArray[np.float64]
 _MODEL_SHOTS = 12
@@ -364,7 +364,7 @@ def _budget(
     missing: list[NotDeclared] = []
     if (u := math.sqrt(told.covariance[k, k])) > 0.0:
         lines.append((InputQuantity(name=told.name, value=value, u=u, kind="A", dof=told.dof, source=told.source), 1.0))
-    _add_model(k, told, lines, missing)
+    add_model(k, told, lines, missing)
     for each in effects:
         effect = float(each.effects[k])
         if each.known is not None and effect != 0.0:
@@ -387,19 +387,3 @@ def _undeclared(k: int, effects: Sequence[Effect], least: float) -> list[NotDecl
             name = f"{each.kind or each.name}, per {each.unit_text}"
             squares[name] = squares.get(name, 0.0) + (float(each.effects[k]) * each.unit) ** 2
     return [NotDeclared(name, math.sqrt(square)) for name, square in squares.items() if not math.sqrt(square) <= least]
-
-
-def _add_model(k: int, told: Statistics, lines: list[tuple[InputQuantity, float]], missing: list[NotDeclared]) -> None:
-    if told.difference is None or told.difference_std is None:
-        missing.append(NotDeclared("model (it is seen where D30 and N50 are both fitted)", math.nan))
-        return
-    difference, std = float(told.difference[k]), float(told.difference_std[k])
-    if math.isnan(difference):
-        missing.append(NotDeclared("model (N50 holds the parameter)", math.nan))
-        return
-    if (u := float(told.model_u[k])) > 0.0:
-        source = f"N50 minus D30 is {difference:.3g}, its noise {std:.2g}"
-        lines.append((InputQuantity(name="model", value=0.0, u=u, distribution="rectangular", source=source), 1.0))
-    elif std > 0.0:
-        what = "model (N50 and D30 agree), per standard deviation of their difference"
-        missing.append(NotDeclared(what, std, looked_for=True))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.diagnose import candidates_for
+from platform_daemon.diagnosis.effect_search import candidates_for
 from platform_daemon.diagnosis.findings.experiment_design import discrimination
 from platform_daemon.diagnosis.findings.next_measurements import Ambiguity, proposals
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis

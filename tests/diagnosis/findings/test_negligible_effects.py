@@ -2,7 +2,7 @@
 
 import pytest
 
-from platform_daemon.diagnosis.diagnose import candidates_for
+from platform_daemon.diagnosis.effect_search import candidates_for
 from platform_daemon.diagnosis.findings.negligible_effects import negligible_effects
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly

@@ -13,8 +13,8 @@ from platform_daemon.diagnosis.rigid_body.defects import (
     Alike,
     HeldOutRotor,
     ManufacturingError,
-    ranked,
 )
+from platform_daemon.diagnosis.rigid_body.search import ranked
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
 from platform_daemon.estimation.rotor_fit.fit import RotorFitError
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
