@@ -49,36 +49,6 @@ def initial_fits(
     return _on_one_side(prepared, model), [r for r in results if isinstance(r, UnfittedShot)]
 
 
-def with_beginnings(
-    prepared: Sequence[PreparedShot], refused: Sequence[UnfittedShot], model: RingDownModel
-) -> tuple[list[PreparedShot], list[UnfittedShot]]:
-    """Besides the fitted shots those of a known rotor that no single angle fits, by their first tenth of a second.
-
-    A rotor with a manufacturing error may swing so that the whole window looks like two resonators; its beginning tells
-    frequency and orientation nevertheless.  Returns also what is left without a fit.
-    """
-    found, left = list(prepared), []
-    for one in refused:
-        begun = None if one.shot.rotor is None else _begun(one.shot, model)
-        if begun is None:
-            left.append(one)
-        else:
-            found.append(begun)
-    return _on_one_side(found, model) if found else found, left
-
-
-def _begun(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | None:
-    record = shot.record
-    last = min(record.end, record.valid_from + round(_LIMITS.beginning_s * shot.rate_hz))
-    try:
-        state = by_convention(_found(replace(record, valid_to=last), shot, model), model)
-    except (RefusedError, LostTrajectoryError):
-        return None
-    frequency_hz = state.dynamics.w / (2.0 * math.pi)
-    grids = grids_for(record, record.end, frequency_hz)
-    return PreparedShot(shot, state, grids, whitening_for(shot, grids, frequency_hz))
-
-
 def _on_one_side(prepared: Sequence[PreparedShot], model: RingDownModel) -> list[PreparedShot]:
     """Every shot as the twin (phi -> -phi) nearest to the first shot: common strengths and means need one side.
 

@@ -18,7 +18,7 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError,
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .parameters import DEFECTS, Defect, FreeParameter, free_parameters
-from .shot import Linearised, RotorShot, linearised
+from .shot import RotorShot, chi2_of, linearised
 
 LIMITS = THRESHOLDS.rigid_rotor
 
@@ -78,12 +78,14 @@ class _Layout:
     size: int
 
     @classmethod
-    def of(cls, shots: Sequence[RotorShot], defects: Iterable[Defect], held: Sequence[str]) -> _Layout:
+    def of(cls, shots: Sequence[RotorShot], defects: Iterable[Defect], held: Sequence[str], window_s: float) -> _Layout:
         free, places, shared, size = [], [], dict[str, int](), 0
         defects = tuple(defects)
         for shot in shots:
             of_shot = tuple(
-                p for p in free_parameters(shot.geometry, defects, moving=shot.moving) if p.name not in held
+                p
+                for p in free_parameters(shot.geometry, defects, moving=shot.moving)
+                if p.name not in held and p.from_s <= window_s
             )
             here = []
             for p in of_shot:
@@ -132,7 +134,7 @@ def fit_rotor(
     first_window_s: float = LIMITS.first_window_s,
     held: Sequence[str] = (),
     whole: bool = True,
-    known: Sequence[RotorValues] | None = None,
+    beside: RotorFit | None = None,
 ) -> RotorFit:
     """Fit shots of one specimen together.
 
@@ -142,23 +144,24 @@ def fit_rotor(
         pool: for the columns of the Jacobian.
         first_window_s: of the windows that grow.
         held: names of parameters that are not free.
-        known: of each shot what is known beforehand, where that is not what the fit starts with.
-        whole: the last window is the whole ring-down; False: it is one of those that grow, so that the fit need not be
-            settled to the last digit.
+        beside: a fit with another defect; this one ends where a window's chi^2 rises too far above that one's.
+        whole: the window of the whole ring-down frees every parameter; False: only those that its length tells.
 
     Raises:
-        RotorFitError: the start values are far from any rotor, or nothing is determined.
+        RotorFitError: the start values are far from any rotor, nothing is determined, or `beside` is far better.
     """
-    values: list[RotorValues] = [s.values for s in shots]
-    first = values if known is None else known
-    layout = _Layout.of(shots, () if defect is None else (defect,), held)
-    longest, stages = longest_s(shots), list[Stage]()
-    for window_s in windows_s(first_window_s, longest):
-        settled_chi2 = LIMITS.settled_chi2 if window_s < longest or not whole else LIMITS.found_chi2
+    first = [s.values for s in shots]
+    free = () if defect is None else (defect,)
+    values, longest, stages = list(first), longest_s(shots), []
+    for window_s in _windows_s(first_window_s, longest):
+        layout = _Layout.of(shots, free, held, window_s if window_s < longest or not whole else math.inf)
+        settled_chi2 = LIMITS.settled_chi2 if window_s < longest else LIMITS.found_chi2
         values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, settled_chi2, pool)
         if window_s == longest:
             break
         stages.append(Stage(window_s, tuple(values), sum(chi2)))
+        if beside is not None:
+            _still_alike(stages[-1], beside)
     try:
         covariance = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
@@ -217,13 +220,20 @@ def with_errors_of_held(fit: RotorFit, names: Sequence[str], covariance: Array, 
     )
 
 
-def windows_s(first_s: float, longest_s: float) -> list[float]:
+def _windows_s(first_s: float, longest_s: float) -> list[float]:
     """They grow to the share from which the rest is predicted, and then to the whole."""
     found, share_s = [], LIMITS.predicting_share * longest_s
     while first_s * math.sqrt(LIMITS.window_growth) < share_s:
         found.append(first_s)
         first_s *= LIMITS.window_growth
     return [*found, *([share_s] if found else []), longest_s]
+
+
+def _still_alike(stage: Stage, beside: RotorFit) -> None:
+    """Raises RotorFitError."""
+    other = next((s for s in beside.stages if math.isclose(s.window_s, stage.window_s)), None)
+    if other is not None and stage.chi2 - other.chi2 > LIMITS.rival_chi2 * max(1.0, beside.chi2_per_dof):
+        raise RotorFitError(f"{beside.defect} explains the first {stage.window_s:.3g} s better")
 
 
 def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]:
@@ -234,8 +244,8 @@ def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]
     """
     size, _ = fit.strength
     assert fit.defect is not None
-    layout = _Layout.of(fit.shots, (fit.defect, rival), ())
-    matrix = _normal_equations(fit.shots, layout, fit.values, fit.window_s, pool).matrix
+    layout = _Layout.of(fit.shots, (fit.defect, rival), (), math.inf)
+    matrix, *_ = _normal_equations(fit.shots, layout, fit.values, fit.window_s, pool)
     matrix[np.diag_indices(layout.size)] += layout.prior(fit.values, fit.values)[0]
     gone = layout.place(fit.defect)
     others = [k for k in range(layout.size) if k != gone]
@@ -248,22 +258,6 @@ def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]
     return layout.moved(fit.values, step)
 
 
-@dataclass(frozen=True, eq=False)
-class _Normal:
-    """Normal equations of all shots at some values.
-
-    matrix: (size, size); gradient: (size,); chi2, counts: of each shot; by_shot: where they were linearised; these may
-    be values nearby; fresh: they are these.
-    """
-
-    matrix: Array
-    gradient: Array
-    chi2: list[float]
-    counts: list[int]
-    by_shot: list[Linearised]
-    fresh: bool = True
-
-
 def _settled(
     shots: Sequence[RotorShot],
     layout: _Layout,
@@ -273,70 +267,57 @@ def _settled(
     settled_chi2: float,
     pool: Executor,
 ) -> tuple[list[RotorValues], Array, list[float], list[float]]:
-    """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more.
-
-    A step that does what the Jacobian says is followed by others with the same Jacobian, each for the cost of a motion.
-    Steps bend as the valley does, to second order (geodesic acceleration, Transtrum and Sethna, arXiv:1201.5885): along
-    it a jewel's f_nat goes with the square of its tilt.
-    """
+    """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more."""
     damping, grows = LIMITS.first_damping, LIMITS.damping_grows
-    normal = _normal_equations(shots, layout, values, window_s, pool)
     for _ in range(LIMITS.most_steps):
+        matrix, gradient, chi2, counts = _normal_equations(shots, layout, values, window_s, pool)
         weight, pull, known = layout.prior(values, first)
-        matrix = normal.matrix + np.diag(weight)
-        gradient = normal.gradient + pull
-        total = sum(normal.chi2) + known
-        moved, fall, expected = False, 0.0, 0.0
+        matrix[np.diag_indices(layout.size)] += weight
+        gradient += pull
+        total = sum(chi2) + known
+        moved, fall = False, 0.0
         while damping < LIMITS.most_damping:
             try:
-                damped = matrix + damping * np.diag(np.diag(matrix))
-                step: Array = np.asarray(np.linalg.solve(damped, gradient), dtype=np.float64)
+                step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), gradient)
             except np.linalg.LinAlgError:
                 raise RotorFitError("the shots do not determine the rotor's parameters") from None
             expected = float(2.0 * gradient @ step - step @ matrix @ step)
             if expected < settled_chi2 and damping <= LIMITS.first_damping:
                 break
-            bend = _bend(shots, layout, values, normal, step, window_s) if normal.fresh else None
-            if bend is not None:
-                turn = np.linalg.solve(damped, bend)
-                if turn @ matrix @ turn < LIMITS.most_bend**2 * (step @ matrix @ step):
-                    step = step + 0.5 * turn
-            trial = layout.moved(values, step)
-            left = _residuals(shots, trial, window_s)
-            fall = total - sum(float(r @ r) for r in left) - layout.prior(trial, first)[2] if left else -math.inf
+            trial = layout.moved(values, np.asarray(step, dtype=np.float64))
+            fall = total - _cost(shots, layout, trial, first, window_s)
             if fall > 0.0:
                 values, moved = trial, True
                 damping *= max(LIMITS.damping_falls, 1.0 - (2.0 * fall / expected - 1.0) ** 3)
                 grows = LIMITS.damping_grows
                 break
             damping, grows = damping * grows, 2.0 * grows
-        if not moved and not normal.fresh and expected >= settled_chi2:  # the old Jacobian leads nowhere
-            normal = _normal_equations(shots, layout, values, window_s, pool)
-            damping, grows = LIMITS.first_damping, LIMITS.damping_grows
-            continue
-        if not moved or (fall < settled_chi2 and damping <= LIMITS.first_damping):
+        if not moved or fall < settled_chi2:
             break
-        if abs(fall - expected) < LIMITS.same_jacobian * expected:
-            normal = _moved(normal, layout, left)
-        else:
-            normal = _normal_equations(shots, layout, values, window_s, pool)
     own = layout.size / len(shots)
-    return values, matrix, normal.chi2, [count - own for count in normal.counts]
+    return values, matrix, chi2, [count - own for count in counts]
 
 
-def _residuals(shots: Sequence[RotorShot], values: Sequence[RotorValues], window_s: float) -> list[Array]:
-    """Of each shot, whitened; none where there is no such rotor."""
+def _cost(
+    shots: Sequence[RotorShot],
+    layout: _Layout,
+    values: Sequence[RotorValues],
+    first: Sequence[RotorValues],
+    window_s: float,
+) -> float:
+    """chi^2 with what was known beforehand; infinite where there is no such rotor."""
     try:
-        return [s.residual(v, window_s)[0] for s, v in zip(shots, values, strict=True)]
+        seen = sum(chi2_of(s, v, window_s) for s, v in zip(shots, values, strict=True))
     except (NoRestError, LostRotorError):
-        return []
+        return math.inf
+    return seen + layout.prior(values, first)[2]
 
 
 def _normal_equations(
     shots: Sequence[RotorShot], layout: _Layout, values: Sequence[RotorValues], window_s: float, pool: Executor
-) -> _Normal:
-    """Linearised at the values.  Raises RotorFitError."""
-    by_shot, matrix, gradient = [], np.zeros((layout.size, layout.size)), np.zeros(layout.size)
+) -> tuple[Array, Array, list[float], list[int]]:
+    """J^T J (size, size), J^T r (size,), chi^2 and number of residuals of each shot.  Raises RotorFitError."""
+    matrix, gradient, chi2, counts = np.zeros((layout.size, layout.size)), np.zeros(layout.size), [], []
     for shot, v, free, places in zip(shots, values, layout.free, layout.places, strict=True):
         try:
             found = linearised(shot, v, free, window_s, pool)
@@ -344,34 +325,6 @@ def _normal_equations(
             raise RotorFitError(str(error)) from None
         matrix[np.ix_(places, places)] += found.matrix
         gradient[list(places)] += found.gradient
-        by_shot.append(found)
-    return _Normal(matrix, gradient, [one.chi2 for one in by_shot], [one.count for one in by_shot], by_shot)
-
-
-def _moved(normal: _Normal, layout: _Layout, residuals: Sequence[Array]) -> _Normal:
-    """With the Jacobians as they are and other residuals."""
-    gradient = np.zeros(layout.size)
-    for one, residual, places in zip(normal.by_shot, residuals, layout.places, strict=True):
-        gradient[list(places)] += one.columns @ residual.astype(np.float32)
-    return replace(normal, gradient=gradient, chi2=[float(r @ r) for r in residuals], fresh=False)
-
-
-def _bend(
-    shots: Sequence[RotorShot],
-    layout: _Layout,
-    values: Sequence[RotorValues],
-    normal: _Normal,
-    step: Array,
-    window_s: float,
-) -> Array | None:
-    """-J^T d2 model/ds2 along a step, (size,); None where there is no such rotor."""
-    share = LIMITS.probed_share
-    left = _residuals(shots, layout.moved(values, share * step), window_s)
-    if not left:
-        return None
-    out = np.zeros(layout.size)
-    for one, residual, places in zip(normal.by_shot, left, layout.places, strict=True):
-        straight = one.columns.T @ step[list(places)].astype(np.float32)
-        second = (2.0 / share) * ((one.residual - residual) / share - straight)
-        out[list(places)] -= one.columns @ second.astype(np.float32)
-    return out
+        chi2.append(found.chi2)
+        counts.append(found.count)
+    return matrix, gradient, chi2, counts

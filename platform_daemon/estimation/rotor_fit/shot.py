@@ -70,17 +70,12 @@ class RotorShot:
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """Normal equations of one shot at some values: J^T J, J^T r, r^T r, the number of residuals, J^T and r.
-
-    columns: (free, residuals) float32: its rounding moves a minimum by 1e-4 of a standard error.
-    """
+    """Normal equations of one shot at some values: J^T J, J^T r, r^T r, and the number of residuals."""
 
     matrix: Array
     gradient: Array
     chi2: float
     count: int
-    columns: Array
-    residual: Array
 
 
 def linearised(
@@ -97,11 +92,10 @@ def linearised(
         return shot.whitened((other - model) / p.step)
 
     columns = np.array(list(pool.map(column, free)))
-    return Linearised(
-        columns @ columns.T,
-        columns @ residual,
-        float(residual @ residual),
-        residual.size,
-        columns.astype(np.float32),
-        residual,
-    )
+    return Linearised(columns @ columns.T, columns @ residual, float(residual @ residual), residual.size)
+
+
+def chi2_of(shot: RotorShot, values: RotorValues, window_s: float) -> float:
+    """Sum of squares of the whitened residual.  Raises NoRestError, LostRotorError."""
+    residual = shot.residual(values, window_s)[0]
+    return float(residual @ residual)
