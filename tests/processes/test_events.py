@@ -73,8 +73,9 @@ def test_a_series_is_told_as_it_comes_and_can_be_looked_at_meanwhile(daemon):
     harmonics = daemon.get(f"{frame}/harmonics")
     assert harmonics.status_code == 200, harmonics.text
     assert harmonics.json()["frame"] == 0
-    assert daemon.get(f"{frame}/picture").content.startswith(b"\x89PNG")
     assert "so far, and no frame 99" in problem(daemon.get(f"/recordings/{recording}/frames/99/dmdt"), 404)["detail"]
+    # The last one: on a busy computer the first picture of a daemon may take longer than what is left of the series.
+    assert daemon.get(f"{frame}/picture").content.startswith(b"\x89PNG")
     seen = []
     while daemon.get(path).json()["state"] == "running":
         seen.append(daemon.get(path).json()["progress"]["fraction"])
