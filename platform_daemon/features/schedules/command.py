@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 schedule_app = typer.Typer(help="Schedules of a running daemon: work by the calendar, and the ledger of its starts.")
 DataOption = Annotated[Path, typer.Option("--data", help="Data folder of the daemon.")]
 NameArgument = Annotated[str, typer.Argument(help="Name of the schedule.")]
-IdArgument = Annotated[str, typer.Argument(help="Id of the schedule, as `schedule list` shows it.")]
+IdArgument = Annotated[str, typer.Argument(help="Name of the schedule, or its id as `schedule list` shows it.")]
 EveryOption = Annotated[
     float | None, typer.Option("--every-s", help="Interval, s; due at --start first, without it at once.")
 ]
@@ -134,7 +134,7 @@ def ledger(
     """What became of each start, oldest first."""
     must_not_exist(json_file, force, ".json")
     must_not_exist(csv_file, force, ".csv")
-    page = _daemon(data).page(identifier, after, limit)
+    page = _daemon(data).page(_id(identifier, data), after, limit)
     write_json(json_file, page)
     write_csv(csv_file, page.items)
     for row in page.items:
@@ -148,26 +148,26 @@ def ledger(
 @schedule_app.command()
 def pause(identifier: IdArgument, data: DataOption = DATA) -> None:
     """Suspend a schedule: it starts nothing more; a running job continues."""
-    _show(_daemon(data).pause(identifier))
+    _show(_daemon(data).pause(_id(identifier, data)))
 
 
 @schedule_app.command()
 def resume(identifier: IdArgument, data: DataOption = DATA) -> None:
     """Start again what is due from now on, also where the clock had been ahead."""
-    _show(_daemon(data).resume(identifier))
+    _show(_daemon(data).resume(_id(identifier, data)))
 
 
 @schedule_app.command()
 def run(identifier: IdArgument, data: DataOption = DATA) -> None:
     """Start it once, now, in addition to its trigger."""
-    row = _daemon(data).run(identifier)
+    row = _daemon(data).run(_id(identifier, data))
     print(f"row {row.number} of the ledger, due {row.due}")
 
 
 @schedule_app.command()
 def remove(identifier: IdArgument, data: DataOption = DATA) -> None:
     """It starts nothing any more; its ledger stays."""
-    print(f"{_daemon(data).remove(identifier).id}: removed")
+    print(f"{_daemon(data).remove(_id(identifier, data)).id}: removed")
 
 
 @schedule_app.command()
@@ -187,6 +187,18 @@ def mounted(
 def _say_at_once(every_s: float | None, start: str | None) -> None:
     if every_s is not None and start is None:
         print("an interval without --start is due at once", file=sys.stderr)
+
+
+def _id(given: str, data: Path) -> str:
+    """The id of the schedule of this name or id.  Raises InputError for a name that several have."""
+    known = _daemon(data).list()
+    named = [each.id for each in known if each.request is not None and each.request.name == given]
+    if any(each.id == given for each in known) or not named:  # one that was removed has its ledger, and is not listed
+        return given
+    if len(named) > 1:
+        why, remedy = f"{len(named)} schedules have it", f"give one of the ids {', '.join(named)}"
+        raise InputError("the name is not unique", where=given, why=why, remedy=remedy)
+    return named[0]
 
 
 def _daemon(data: Path) -> ScheduleService:
