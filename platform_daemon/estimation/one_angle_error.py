@@ -59,7 +59,7 @@ def one_angle_error(
     rotor = RotorValues(
         f_nat_hz=values["f_nat_hz"],
         m_r_am2=values["m_r_am2"],
-        lambda_per_s=values["lambda_per_s"],
+        lambda_per_s=values.get("lambda_per_s", 0.0),
         tf_over_i_rad_per_s2=values.get("tf_over_i_rad_per_s2", 0.0),
         rotation=known.facing(rotation_from_rodrigues(np.array([values[name] for name in RODRIGUES]))),
         distance_m=known.geometry.distance_m(values["f_nat_hz"], values["m_r_am2"]),

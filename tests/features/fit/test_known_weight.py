@@ -10,7 +10,7 @@ import pytest
 from drivers.specimen import Specimen
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import NoiseModel
-from platform_daemon.estimation.one_angle_error import with_one_angle_error
+from platform_daemon.estimation.one_angle_error import Fitted, one_angle_error, with_one_angle_error
 from platform_daemon.estimation.physics.models import JEWEL, THREAD
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
 from platform_daemon.estimation.physics.ring_down import RingDown
@@ -98,3 +98,9 @@ def test_errors_contain_what_a_field_along_the_main_axis_does_to_one_angle():
     assert "lambda_per_s by" in fit.notes[-1]
     k = fit.covariance_names.index("lambda_per_s")
     assert fit.covariance[k, k] == pytest.approx(fit.parameters["lambda_per_s"].std ** 2)
+    # A diagnosis that holds lambda at 0 has no estimate of it.
+    values = {name: each.value for name, each in of_noise.parameters.items() if name != "lambda_per_s"}
+    fitted = Fitted(model=model, first=0, samples=of_noise.samples, rate_hz=RATE_HZ, sd=white.sd)
+    assert set(one_angle_error(fitted, values, known, {"weight_over_pull": values["weight_over_pull"]})) == {
+        "f_nat_hz", "m_r_am2", "tf_over_i_rad_per_s2",
+    }  # fmt: skip
