@@ -108,8 +108,7 @@ paper-wound: install
 
 # The paper's campaign killed in each of its parts and resumed; three minutes of processor time.
 reproduce-kills: install
-	$(BIN)/python -m tests.campaigns.reproduce_kills --page docs/evidence/reproduce-kills.md
-	$(BIN)/python -m tests.evidence --measured reproduce-kills
+	$(BIN)/python -m tests.campaigns.reproduce_kills
 
 # `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
 diagnose-study: install

@@ -1,6 +1,6 @@
 """`platform-daemon reproduce`, killed in each of its parts and resumed, against a campaign that nobody killed.
 
-python -m tests.campaigns.reproduce_kills --shots 3 --page docs/evidence/reproduce-kills.md
+python -m tests.campaigns.reproduce_kills --shots 3 [--page FILE]
 
 The command is killed (SIGKILL, with all its processes) while it measures the thread, fits the jewel, adds noise, and
 writes the report.  In the end each recording must have every shot once, what was whole at a death must be there bit by

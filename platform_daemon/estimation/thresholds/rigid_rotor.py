@@ -64,7 +64,7 @@ class RigidRotorThresholds:
     # grade of magnets leaves the remanence open by 1.5 %, 10 K by 1.2 %, a radius of 1.5 mm good to 10 um the volume
     # by 2 %: together 3 %, which is 1 % of the distance of 4.6 mm.
     distance_sd_m: float = tuned(5e-5, "m", "of the magnets' distance by the drawing", "tolerances of the drawing")
-    # `python -m tests.campaigns.rotor_limits` compares other windows; it has not been run at length.
+    # No study has compared other windows.
     distance_from_s: float = tuned(
         0.5, "s", "window from which on it is free: in short ones it runs away", covered_by("rotor_fit/test_fit.py")
     )
