@@ -65,6 +65,9 @@ OPERATIONS: dict[str, Operation] = {
     "pause_procedure": _post("/procedures/{identifier}/pause", "Procedure.pause"),
     "resume_procedure": _post("/procedures/{identifier}/resume", "Procedure.resume"),
     "get_procedure_report": _get("/procedures/{identifier}/report", "Procedure.report"),
+    "pause_reproduction": _post("/reproductions/{identifier}/pause", "Reproduction.pause"),
+    "resume_reproduction": _post("/reproductions/{identifier}/resume", "Reproduction.resume"),
+    "get_reproduction_report": _get("/reproductions/{identifier}/report", "Reproduction.report"),
     "add_schedule": _post("/schedules", "Schedules.add"),
     "list_schedules": _get("/schedules", "Schedules.list"),
     "preview_schedule": _compute("/schedules/preview", "Schedules.preview"),
@@ -120,6 +123,7 @@ OPERATIONS: dict[str, Operation] = {
 STARTED_BY = {
     "acquisition": "Client.measure",
     "procedure": "Client.start_procedure",
+    "reproduction": "Client.reproduce",
     "calibration": "Client.calibrate",
     "self_test": "Client.self_test",
     "fit": "Client.fit",

@@ -110,6 +110,7 @@ class EngineOpener:
             recordings=folder.recordings,
             procedures=folder.procedures,
             characterisations=folder.characterisations,
+            reproductions=folder.reproductions,
             calibrations=folder.calibrations,
             mounted=folder.mounted,
         )

@@ -24,7 +24,7 @@ from pathlib import Path
 
 from platform_daemon.core.recordings.reader import open_recording
 from platform_daemon.features.characterise.side_by_side.sweep import PARTS
-from platform_daemon.features.reproduce.command import BLANK_SHOTS, outcome_in
+from platform_daemon.features.reproduce.campaign import BLANK_SHOTS, outcome_in
 from platform_daemon.features.reproduce.schema import Claim, Claims
 from tests.kit.command_line import COMMAND
 from tests.kit.data import ROOT

@@ -30,6 +30,7 @@ def folders_of(data: DataFolder) -> Folders:
         recordings=data.recordings,
         procedures=data.procedures,
         characterisations=data.characterisations,
+        reproductions=data.reproductions,
         calibrations=data.calibrations,
         mounted=data.mounted,
     )

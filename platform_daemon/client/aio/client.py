@@ -44,6 +44,7 @@ from platform_daemon.features.measurand.schema import MeasurandCalibration
 from platform_daemon.features.models.schema import AdoptedModelRecord
 from platform_daemon.features.procedures.schema import ProcedureSummary
 from platform_daemon.features.ramp.schema import RampRequest
+from platform_daemon.features.reproduce.schema import ReproductionRequest
 from platform_daemon.features.self_test.schema import SelfTestRequest
 from platform_daemon.features.sweep.schema import SweepRequest
 from platform_daemon.features.tune.schema import TuneRequest
@@ -58,6 +59,7 @@ from .jobs import (
     AsyncFit,
     AsyncJob,
     AsyncProcedure,
+    AsyncReproduction,
     AsyncSelfTest,
     job_of,
 )
@@ -157,6 +159,12 @@ class AsyncClient:
         """Test the chain of coils, switch and receiver with weak tones."""
         body = request_from(SelfTestRequest, values, "self_test")
         return cast(AsyncSelfTest, await self._start("self_test", body, idempotency_key))
+
+    @takes(ReproductionRequest)
+    async def reproduce(self, *, idempotency_key: str | None = None, **values: Any) -> AsyncReproduction:
+        """Measure a thread and a jewel as the paper did, and compare each of its numbers with the measured one."""
+        body = request_from(ReproductionRequest, values, "reproduce")
+        return cast(AsyncReproduction, await self._start("reproduction", body, idempotency_key))
 
     async def start_procedure(self, request: BaseModel, *, idempotency_key: str | None = None) -> AsyncProcedure:
         """Start a procedure from its request, a SweepRequest, TuneRequest, RampRequest or CharacteriseRequest.

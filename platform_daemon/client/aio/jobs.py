@@ -30,6 +30,7 @@ from platform_daemon.features.characterise.schema import CharacterisationReport
 from platform_daemon.features.diagnose.request_schema import AdoptionRequest
 from platform_daemon.features.models.schema import AdoptedModelRecord
 from platform_daemon.features.procedures.schema import ProcedureResult
+from platform_daemon.features.reproduce.schema import Claims
 from platform_daemon.features.self_test.schema import SelfTestReport
 
 from .recordings import AsyncRecording
@@ -203,6 +204,22 @@ class AsyncProcedure(_AsyncMakesRecording[ProcedureResult]):
         return steps_table(self.result.steps)
 
 
+class AsyncReproduction(AsyncQueuedJob[Claims]):
+    """The paper's campaign: both resonators, and its numbers beside the measured ones."""
+
+    async def pause(self) -> JobModel[Any, Any]:
+        """Pause after the shot that runs; outputs are off meanwhile."""
+        return await self._send("pause_reproduction", "{}")
+
+    async def resume(self) -> JobModel[Any, Any]:
+        """Go on after a pause, or after it was cut off: what was measured whole stays."""
+        return await self._send("resume_reproduction", "{}")
+
+    async def report(self, path: str | Path | None = None) -> str:
+        """Its page as HTML, also written to `path`."""
+        return await self._page("get_reproduction_report", path)
+
+
 class AsyncCalibration(AsyncQueuedJob[CalibrationReport]):
     """A calibration, which may ask the operator to do something."""
 
@@ -282,6 +299,7 @@ class AsyncCharacterisation(AsyncJob[CharacterisationReport]):
 CLASSES: dict[str, type[AsyncJob[Any]]] = {
     "acquisition": AsyncAcquisition,
     "procedure": AsyncProcedure,
+    "reproduction": AsyncReproduction,
     "calibration": AsyncCalibration,
     "self_test": AsyncSelfTest,
     "fit": AsyncFit,

@@ -29,6 +29,7 @@ from platform_daemon.features.characterise.schema import CharacterisationReport
 from platform_daemon.features.diagnose.request_schema import AdoptionRequest
 from platform_daemon.features.models.schema import AdoptedModelRecord
 from platform_daemon.features.procedures.schema import ProcedureResult
+from platform_daemon.features.reproduce.schema import Claims
 from platform_daemon.features.self_test.schema import SelfTestReport
 
 from .recordings import Recording
@@ -201,6 +202,22 @@ class Procedure(_MakesRecording[ProcedureResult]):
         return steps_table(self.result.steps)
 
 
+class Reproduction(QueuedJob[Claims]):
+    """The paper's campaign: both resonators, and its numbers beside the measured ones."""
+
+    def pause(self) -> JobModel[Any, Any]:
+        """Pause after the shot that runs; outputs are off meanwhile."""
+        return self._send("pause_reproduction", "{}")
+
+    def resume(self) -> JobModel[Any, Any]:
+        """Go on after a pause, or after it was cut off: what was measured whole stays."""
+        return self._send("resume_reproduction", "{}")
+
+    def report(self, path: str | Path | None = None) -> str:
+        """Its page as HTML, also written to `path`."""
+        return self._page("get_reproduction_report", path)
+
+
 class Calibration(QueuedJob[CalibrationReport]):
     """A calibration, which may ask the operator to do something."""
 
@@ -280,6 +297,7 @@ class Characterisation(Job[CharacterisationReport]):
 CLASSES: dict[str, type[Job[Any]]] = {
     "acquisition": Acquisition,
     "procedure": Procedure,
+    "reproduction": Reproduction,
     "calibration": Calibration,
     "self_test": SelfTest,
     "fit": Fit,

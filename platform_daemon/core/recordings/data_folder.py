@@ -18,7 +18,7 @@ from .recovery import recover
 
 _NAMES = (
     *("recordings", "fits", "diagnoses", "characterisations", "procedures", "models", "calibrations"),
-    *("resonators", "sequences", "presets", "measurands"),
+    *("resonators", "sequences", "presets", "measurands", "reproductions"),
 )
 EVENTS, SEEN, MOUNTED, SCHEDULES = "events.db", "alarms.seen", "mounted.json", "schedules.db"
 
@@ -42,6 +42,7 @@ class DataFolder:
     resonators: Path
     sequences: Path
     presets: Path
+    reproductions: Path
     tokens: Path
     audit: Path
     events: Path

@@ -20,6 +20,7 @@ class Folders:
     recordings: Path
     procedures: Path
     characterisations: Path
+    reproductions: Path
     calibrations: Path
     mounted: Path
 

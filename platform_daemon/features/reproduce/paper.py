@@ -118,14 +118,22 @@ def _measurement(variant: str) -> Iterator[PaperNumber]:
         known = ramp.threshold_t  # its 95 % interval is four standard errors long
         return Value(1e6 * ramp.max_field_t, None if known is None else 1e6 * (known.high - known.low) / 4.0)
 
+    def none_found(found: Findings) -> str:
+        outcome = found.outcomes.get(variant)
+        ramp = None if outcome is None else outcome.ramp
+        if ramp is None or ramp.highest_field_t is None:
+            return "no ramp was made in this campaign"
+        return f"its ramp has found no side modes up to {1e6 * ramp.highest_field_t:.4g} uT"
+
     label = "tab:measurement_parameter"
     yield printed(label, f"{variant}: f_TX / Hz", paper[0], partial(of, 0), 0, CHARACTERISE)
     yield printed(label, f"{variant}: t_TX / s", paper[1], partial(of, 1), 3, CHARACTERISE)
     yield printed(label, f"{variant}: B_TX / uT", paper[2], partial(of, 2), 0, CHARACTERISE, 10.0)
     yield printed(label, f"{variant}: t_RX / s", paper[3], partial(of, 3), 1, CHARACTERISE)
     step = "the paper's steps of 10 uT"
+    what = f"{variant}: B_max / uT"
     yield PaperNumber(
-        "ssec:measurement_sequence", f"{variant}: B_max / uT", paper[4], 10.0, step, highest, CHARACTERISE
+        "ssec:measurement_sequence", what, paper[4], 10.0, step, highest, CHARACTERISE, missing=none_found
     )
 
 

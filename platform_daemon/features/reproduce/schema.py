@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
+from pydantic import ConfigDict, Field, model_validator
 from typing_extensions import TypeAliasType
 
-from platform_daemon.core.schemas.base import Schema
+from platform_daemon.core.schemas.base import QueuedRequest, Schema
 
 ClaimVerdict = TypeAliasType("ClaimVerdict", Literal["agrees", "differs", "not_reproducible"])
 """Of a number of the paper."""
@@ -59,3 +60,39 @@ class Campaign(Schema):
     """The field was found by a ramp."""
     quick: bool
     """The ramps began at 80 % of the paper's field, and had larger steps."""
+
+
+class ReproductionRequest(QueuedRequest):
+    """The paper's campaign: both resonators, and each of its numbers beside the measured one."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"quick": True}]})
+
+    thread: Annotated[str, Field(min_length=1, max_length=500)] | None = "thread_published"
+    """Resonator that is the thread, of GET /resonators; null: it is left out."""
+    jewel: Annotated[str, Field(min_length=1, max_length=500)] | None = "jewel_published"
+    """Resonator that is the jewel; null: it is left out."""
+    shots: Annotated[int, Field(ge=2, le=100_000)] = 100
+    """Shots of each resonator."""
+    quick: bool = False
+    """10 shots of each, fewer fields of the ramps; wider tolerances."""
+    tune: bool = True
+    """Find f_nat first."""
+    ramp: bool = True
+    """Find the field first, 80 % of that of side modes."""
+
+    @model_validator(mode="after")
+    def _one_is_left(self) -> ReproductionRequest:
+        if not self.resonators:
+            raise ValueError("no resonator is left: name thread or jewel")
+        return self
+
+    @property
+    def resonators(self) -> dict[str, str]:
+        """Names by variant, in the order in which they are measured."""
+        return {v: name for v, name in (("thread", self.thread), ("jewel", self.jewel)) if name is not None}
+
+    @property
+    def mounted_resonator(self) -> str | None:
+        """See QueuedRequest."""
+        names = list(self.resonators.values())
+        return names[0] if len(names) == 1 else None

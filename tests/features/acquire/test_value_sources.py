@@ -115,8 +115,7 @@ def test_a_preset_of_a_file_is_named_by_its_path_and_by_rest_no_path_is_taken(en
     engine.catalogue.sequences.add("quiet", SequencePatch(field_t=1e-4))
     found = sources(planned(engine, preset="quiet"))["field_t"]
     assert (found.source, found.path) == ("file", "quiet@1.toml")
-    folders = Folders(**dict.fromkeys(("recordings", "procedures", "characterisations", "calibrations", "mounted"),
-                                      tmp_path))  # fmt: skip
+    folders = Folders(**dict.fromkeys(Folders.__dataclass_fields__, tmp_path))
     bench = HardwareBench(engine=engine, folders=folders)
     for name, fine in (("quiet", True), ("shipped", True), ("tuned", True), (str(file), False)):
         request = AcquisitionRequest(resonator="jewel", preset=name)

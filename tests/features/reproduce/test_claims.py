@@ -18,7 +18,7 @@ from platform_daemon.features.reproduce.break_even import (
     smallest_thread_error_deg,
 )
 from platform_daemon.features.reproduce.claims import claims_of, contradictions
-from platform_daemon.features.reproduce.command import characterise_request, outcome_in
+from platform_daemon.features.reproduce.campaign import characterise_request, outcome_in
 from platform_daemon.features.reproduce.findings import Findings
 from platform_daemon.features.reproduce.folder import write_claims
 from platform_daemon.features.reproduce.report import claims_latex, claims_text, count_text

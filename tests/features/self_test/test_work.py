@@ -175,9 +175,7 @@ def test_a_self_test_that_was_no_good_shot_itself_is_made_once_more(
 
 def queued(engine: Engine, folder: Path, request: SelfTestRequest, asked: SubmitOptions = SUBMIT_NOW) -> SelfTestJob:
     """The job of a self-test, planned as the platform service plans it."""
-    folders = Folders(
-        recordings=folder, procedures=folder, characterisations=folder, calibrations=folder, mounted=folder / "m.json"
-    )
+    folders = Folders(**dict.fromkeys(Folders.__dataclass_fields__, folder) | {"mounted": folder / "m.json"})
     return engine.submit(plan(HardwareBench(engine=engine, folders=folders), request), options=asked)
 
 

@@ -1,9 +1,9 @@
 // Diagnosis: the report, parameters before and after, adoption.
-import { get, request, send } from "../api.js";
+import { get, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
 import { definitionOf, heading, parameter, plain, significant, stateOf, uncertain, when } from "../format.js";
 import { pathOfJob } from "../live.js";
-import { jobActions, mayGovern } from "./job_actions.js";
+import { jobActions, mayGovern, openReport } from "./job_actions.js";
 
 export const title = "Diagnosis";
 
@@ -37,17 +37,10 @@ async function showOne(root, id) {
       })),
       table("What to measure next", ["What", "Expected / σ"], r.next_measurements.map((/** @type {any} */ each) => [each.what, significant(each.expected_sigma, 3)]), "nothing"),
       r.integrity.length > 0 && table("What is wrong with the data", ["What"], r.integrity.map((/** @type {any} */ each) => [each.what ?? each.id ?? JSON.stringify(each)])),
-      buttons, h("p", { class: "buttons" }, actionButton("Open the report", () => openReport(id))), r.effects.length > 0 && adoption(id));
+      buttons, h("p", { class: "buttons" }, actionButton("Open the report", () => openReport(`diagnoses/${id}`))), r.effects.length > 0 && adoption(id));
   }
   await load();
   return { load, concerns: (/** @type {any} */ what) => what.job === id };
-}
-
-/** The page of the report needs the token, which a link could not send. @param {string} id */
-async function openReport(id) {
-  const blob = await (await request(`diagnoses/${id}/report`, { headers: { Accept: "text/html" } })).blob();
-  const link = h("a", { href: URL.createObjectURL(blob), download: `${id}.html` });
-  link.click();
 }
 
 /** @param {string} id */

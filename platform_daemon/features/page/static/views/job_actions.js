@@ -1,6 +1,6 @@
 // Buttons of a job: pause, resume, cancel, answer, again.
-import { send } from "../api.js";
-import { actionButton } from "../dom.js";
+import { request, send } from "../api.js";
+import { actionButton, h } from "../dom.js";
 import { pathOfJob, refresh } from "../live.js";
 
 /** May this tab start and change jobs?  The daemon checks it in any case. */
@@ -25,12 +25,19 @@ export function jobActions(job, after = () => {}) {
       after();
     }, { disabled, title });
   const ended = ["done", "failed", "cancelled"].includes(job.state);
-  const pauses = job.kind === "acquisition" || job.kind === "procedure";
+  const pauses = ["acquisition", "procedure", "reproduction"].includes(job.kind);
   return [
     job.question && button("Done, go on", () => send("POST", `${path}/continue`)),
     !ended && pauses && !job.paused && button("Pause", () => send("POST", `${path}/pause`)),
     !ended && pauses && job.paused && button("Resume", () => send("POST", `${path}/resume`)),
     !ended && button("Cancel", () => send("DELETE", path)),
-    ended && job.kind === "acquisition" && job.state !== "done" && button("Measure what is missing", () => send("POST", `${path}/resume`)),
+    ended && ["acquisition", "reproduction"].includes(job.kind) && job.state !== "done" && button("Measure what is missing", () => send("POST", `${path}/resume`)),
   ].filter(Boolean);
+}
+
+/** The page of a report needs the token, which a link could not send. @param {string} path of its job */
+export async function openReport(path) {
+  const blob = await (await request(`${path}/report`, { headers: { Accept: "text/html" } })).blob();
+  const link = h("a", { href: URL.createObjectURL(blob), download: `${path.split("/").at(-1)}.html` });
+  link.click();
 }

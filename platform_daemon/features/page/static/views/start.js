@@ -15,6 +15,7 @@ const KINDS = {
   tune: { path: "procedures", schema: "TuneRequest", dryRun: true, text: "Tune: find frequency and sequence of a resonator" },
   ramp: { path: "procedures", schema: "RampRequest", dryRun: true, text: "Ramp: raise the field until side modes show" },
   characterise: { path: "procedures", schema: "CharacteriseRequest", dryRun: true, text: "Characterise: many shots and the paper's tables" },
+  reproduce: { path: "reproductions", schema: "ReproductionRequest", dryRun: false, text: "Reproduce: both resonators and the paper's numbers" },
   calibrate: { path: "calibrations", schema: "CalibrationRequest", dryRun: false, text: "Calibrate receive or transmit" },
   "self-test": { path: "self-tests", schema: "SelfTestRequest", dryRun: false, text: "Self-test" },
   diagnose: { path: "diagnoses", schema: "DiagnosisRequest", dryRun: false, text: "Diagnose recordings" },
@@ -111,7 +112,7 @@ export async function show(root, parts) {
 /** @param {any} job */
 function kindOf(job) {
   const kind = job.request.kind in KINDS ? job.request.kind : job.kind;
-  return /** @type {Record<string, string>} */ ({ acquisition: "measure", calibration: "calibrate", self_test: "self-test", diagnosis: "diagnose" })[kind] ?? kind;
+  return /** @type {Record<string, string>} */ ({ acquisition: "measure", calibration: "calibrate", self_test: "self-test", diagnosis: "diagnose", reproduction: "reproduce" })[kind] ?? kind;
 }
 
 /** Names of the resonators, and the preset of the chosen one in the empty fields of the sequence. @param {SchemaForm} form */
