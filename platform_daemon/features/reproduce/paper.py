@@ -14,10 +14,12 @@ from drivers.specimen import JewelBearing, Magnets
 from platform_daemon.design.equations import PAPER_JEWEL, PAPER_MAGNETS, design_numbers, friction_increase
 from platform_daemon.features.characterise.schema import FitDataset, QualityFactors, ShotStatistics
 
+from . import reasons
 from .break_even import PRINTED_BREAK_EVEN_AM2_PER_S, break_even_text
 from .findings import Findings, Value, lowest_of, mean_of, median_of, scatter_of
 from .paper_defects import defect_numbers
-from .paper_number import CHARACTERISE, DESIGN, NOISE, SHOTS, Ours, PaperNumber, printed, says, statement
+from .paper_number import CHARACTERISE, DESIGN, NOISE, SHOTS, Because, Ours, PaperNumber, printed, says, statement
+from .printed_means import quality_of_the_means
 
 
 def paper_numbers() -> Iterator[PaperNumber]:
@@ -29,6 +31,8 @@ def paper_numbers() -> Iterator[PaperNumber]:
         yield from _measurement(variant)
     for variant, window in ((v, w) for v in ("jewel", "thread") for w in ("n50", "d30")):
         yield from _fit_quality(variant, window)
+    for variant in ("jewel", "thread"):
+        yield _visual_agreement(variant)
     for variant, window in ((v, w) for v in ("jewel", "thread") for w in ("n50", "d30")):
         yield from _parameters(variant, window)
     for variant in ("jewel", "thread"):
@@ -68,6 +72,7 @@ def _design() -> Iterator[PaperNumber]:
         lambda found: Value(1e9 * found.friction.friction_torque_nm),
         1,
         DESIGN,
+        because=reasons.friction,
     )
     yield printed(
         "eq:TfoverI",
@@ -76,6 +81,7 @@ def _design() -> Iterator[PaperNumber]:
         lambda found: Value(found.friction.friction_rad_per_s2),
         0,
         DESIGN,
+        because=reasons.friction,
     )
     yield PaperNumber(
         "sup:proof_size_independence",
@@ -157,9 +163,12 @@ def _fit_quality(variant: str, window: str) -> Iterator[PaperNumber]:
     }[variant, window]
     label, name = "tab:fit_results_quality", f"{variant} {window.upper()}"
     of = partial(_of_window, variant, window)
-    yield printed(label, f"{name}: median R2 / %", r2, of(lambda d: d.r2, median_of, 100.0), 2, CHARACTERISE)
-    yield printed(label, f"{name}: least R2 / %", least, of(lambda d: d.r2, lowest_of, 100.0), 2, CHARACTERISE)
-    yield printed(label, f"{name}: median nRMSE / %", nrmse, of(lambda d: d.nrmse, median_of, 100.0), 2, CHARACTERISE)
+    for what, paper, ours, because in (
+        ("median R2", r2, of(lambda d: d.r2, median_of, 100.0), reasons.residual),
+        ("least R2", least, of(lambda d: d.r2, lowest_of, 100.0), reasons.least(variant, window)),
+        ("median nRMSE", nrmse, of(lambda d: d.nrmse, median_of, 100.0), reasons.residual),
+    ):
+        yield printed(label, f"{name}: {what} / %", paper, ours, 2, CHARACTERISE, because=because)
     yield PaperNumber(
         label,
         f"{name}: median time of a fit / s",
@@ -172,6 +181,18 @@ def _fit_quality(variant: str, window: str) -> Iterator[PaperNumber]:
     )
 
 
+def _visual_agreement(variant: str) -> PaperNumber:
+    """Of the fits that fig:fit_plot shows, as the discussion has it."""
+
+    def ours(found: Findings) -> Value | None:
+        report = found.report(variant)
+        return None if report is None or report.d30.r2 is None else says(report.d30.r2.median > _HIGH_R2)
+
+    what = f"{variant}: median R2 of the D30 fits is above {100.0 * _HIGH_R2:g} %"
+    return statement("fig:fit_plot", what, "yes", ours, CHARACTERISE, because=reasons.residual)
+
+
+_HIGH_R2 = 0.998  # sec:discussion
 _PARAMETERS = {  # public name: symbol with the unit shown, factor to it
     "f_nat_hz": ("f_nat / Hz", 1.0),
     "orientation_error_rad": ("orientation error / deg", math.degrees(1.0)),
@@ -216,6 +237,7 @@ def _parameters(variant: str, window: str) -> Iterator[PaperNumber]:
             "three standard errors of the paper's mean",
             of(_picked(name), mean_of, factor),
             CHARACTERISE,
+            because=_why_a_mean(variant, window, name, mean),
         )
         yield PaperNumber(
             label,
@@ -225,7 +247,14 @@ def _parameters(variant: str, window: str) -> Iterator[PaperNumber]:
             "three standard errors of the paper's deviation",
             of(_picked(name), scatter_of, factor),
             CHARACTERISE,
+            because=reasons.scatter(variant, window, name),
         )
+
+
+def _why_a_mean(variant: str, window: str, name: str, paper: float) -> Because:
+    if name == "psi_start_rad":
+        return reasons.phase(variant, window, paper)
+    return reasons.orientation(variant) if name == "orientation_error_rad" else reasons.relative(paper)
 
 
 def _significance(variant: str) -> Iterator[PaperNumber]:
@@ -247,6 +276,7 @@ def _significance(variant: str) -> Iterator[PaperNumber]:
             differs,
             CHARACTERISE,
             "paired t test over the shots of this campaign, corrected after Holm; the paper's are 100",
+            reasons.significance(variant, name),
         )
 
 
@@ -260,6 +290,7 @@ def _windows() -> Iterator[PaperNumber]:
             "three standard errors of the paper's mean, at least half a unit of its last digit",
             _of_window(variant, "d30", lambda d: d.duration_s, mean_of, 1.0),
             CHARACTERISE,
+            because=reasons.window if variant == "thread" else reasons.relative(mean),
         )
         yield PaperNumber(
             "ssec:primary_results",
@@ -269,6 +300,7 @@ def _windows() -> Iterator[PaperNumber]:
             "three standard errors of the paper's deviation, at least half a unit of its last digit",
             _of_window(variant, "d30", lambda d: d.duration_s, scatter_of, 1.0),
             CHARACTERISE,
+            because=reasons.relative(std),
         )
 
 
@@ -281,10 +313,17 @@ def _quality_factors() -> Iterator[PaperNumber]:
         return ours
 
     label = "tab:quality_factors"
-    yield printed(label, "jewel: equivalent Q over N50", 1327, of("jewel", lambda q: q.n50), 0, CHARACTERISE)
-    yield printed(label, "jewel: equivalent Q over D30", 897, of("jewel", lambda q: q.d30), 0, CHARACTERISE)
-    yield printed(label, "jewel: equivalent Q to infinity", 641, of("jewel", lambda q: q.infinity), 0, CHARACTERISE)
-    yield printed(label, "thread: Q", 2750, of("thread", lambda q: q.viscous), 0, CHARACTERISE, 10.0)
+    for what, paper, ours, printed_means in zip(
+        ("over N50", "over D30", "to infinity"),
+        (1327, 897, 641),
+        (of("jewel", lambda q: q.n50), of("jewel", lambda q: q.d30), of("jewel", lambda q: q.infinity)),
+        quality_of_the_means(),
+        strict=True,
+    ):
+        because = reasons.quality(printed_means)
+        yield printed(label, f"jewel: equivalent Q {what}", paper, ours, 0, CHARACTERISE, because=because)
+    viscous = of("thread", lambda q: q.viscous)
+    yield printed(label, "thread: Q", 2750, viscous, 0, CHARACTERISE, 10.0, reasons.relative(2750))
 
 
 def _signals() -> Iterator[PaperNumber]:
@@ -296,7 +335,8 @@ def _signals() -> Iterator[PaperNumber]:
     label = "fig:amplitude_plot"
     rule = "jewel over thread at the start of RX"
     yield printed(label, f"u signal, {rule}", 5.0, partial(ratio, "u_am2_per_s"), 0, CHARACTERISE)
-    yield printed(label, f"v signal, {rule}", 3.0, partial(ratio, "v_am2_per_s"), 0, CHARACTERISE)
+    of_v = partial(ratio, "v_am2_per_s")
+    yield printed(label, f"v signal, {rule}", 3.0, of_v, 0, CHARACTERISE, because=reasons.ratio_v)
 
     def sooner(found: Findings) -> Value | None:
         ends = [None if (r := found.report(v)) is None else r.d30.duration_s for v in ("jewel", "thread")]

@@ -12,6 +12,7 @@ SHOTS = 100
 DESIGN, CHARACTERISE, DEFECTS = "platform-daemon design", "platform-daemon characterise", "platform-daemon defects"
 NOISE = "platform-daemon characterise --compare thread.h5 jewel.h5 --noise 0.03:1.5"
 Ours = Callable[[Findings], Value | None]
+Because = Callable[[Findings, Value], str]
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,7 @@ class PaperNumber:
         command: that computes it.
         never: why it can never be compared, "": it can.
         missing: takes from what was found why ours is None.
+        because: takes from what was found, and ours, why the two differ.
     """
 
     label: str
@@ -37,21 +39,25 @@ class PaperNumber:
     command: str
     never: str = ""
     missing: Callable[[Findings], str] = lambda found: "it was not measured in this campaign"
+    because: Because = lambda found, ours: ""
 
 
 def printed(
-    label: str, what: str, paper: float, ours: Ours, digits: int, command: str, unit_in_last: float = 1.0
-) -> PaperNumber:
+    label: str, what: str, paper: float, ours: Ours, digits: int, command: str, unit_in_last: float = 1.0,
+    because: Because = lambda found, ours: "",
+) -> PaperNumber:  # fmt: skip
     """A number without an error: half a unit of its last printed digit."""
     tolerance = 0.5 * unit_in_last * 10.0**-digits
-    return PaperNumber(label, what, paper, tolerance, "half a unit of the last printed digit", ours, command)
+    rule = "half a unit of the last printed digit"
+    return PaperNumber(label, what, paper, tolerance, rule, ours, command, because=because)
 
 
 def statement(
-    label: str, what: str, paper: str, ours: Ours, command: str, rule: str = "the statement itself"
-) -> PaperNumber:
+    label: str, what: str, paper: str, ours: Ours, command: str, rule: str = "the statement itself",
+    because: Because = lambda found, ours: "",
+) -> PaperNumber:  # fmt: skip
     """A statement, yes or no."""
-    return PaperNumber(label, what, paper, None, rule, ours, command)
+    return PaperNumber(label, what, paper, None, rule, ours, command, because=because)
 
 
 def says(true: bool) -> Value:

@@ -17,8 +17,8 @@ from platform_daemon.features.reproduce.break_even import (
     expected_break_even,
     smallest_thread_error_deg,
 )
-from platform_daemon.features.reproduce.claims import claims_of, contradictions
 from platform_daemon.features.reproduce.campaign import characterise_request, outcome_in
+from platform_daemon.features.reproduce.claims import claims_of, contradictions
 from platform_daemon.features.reproduce.findings import Findings
 from platform_daemon.features.reproduce.folder import write_claims
 from platform_daemon.features.reproduce.report import claims_latex, claims_text, count_text
@@ -29,7 +29,7 @@ SHOTS = 2
 LABELS = {
     "eq:m_r", "eq:fnat", "eq:fm(phi)", "eq:tf(phi)", "eq:TfoverI", "fig:simulation_lambda(t)",
     "tab:measurement_parameter", "tab:fit_results_quality", "tab:model_params_fit_result", "tab:quality_factors",
-    "tab:manufacturing_times", "fig:amplitude_plot", "fig:noise_plot", "fig:F_tan_over_epsilon",
+    "tab:manufacturing_times", "fig:fit_plot", "fig:amplitude_plot", "fig:noise_plot", "fig:F_tan_over_epsilon",
     "fig:F_tan_over_rotor_epsilon", "fig:F_tan_over_delta_y", "fig:equilibrium_positions_defects",
     "sup:proof_size_independence", "ssec:primary_results", "ssec:measurement_sequence",
 }  # fmt: skip
@@ -63,6 +63,17 @@ def test_design_equations_agree_but_for_the_friction_that_does_not_follow_from_t
     assert by_what(unmeasured, "Q at a tenth of the size over Q at full size").verdict == "agrees"
     friction = by_what(unmeasured, "T_f / nNm, with the printed mu = 0.15")
     assert (friction.verdict, friction.ours) == ("differs", pytest.approx(1.25 * friction.paper, rel=1e-3))
+
+
+def test_what_differs_says_by_how_much_and_why(unmeasured, report):
+    friction = by_what(unmeasured, "T_f / nNm, with the printed mu = 0.15")
+    assert friction.why.startswith("off by +29, ")
+    assert "follows with mu = 0.120" in friction.why
+    told = by_what(unmeasured, "jewel: jewel_tilt raises F_perp like stator_tilt (within a fifth at 2 deg and 30 deg)")
+    assert "0.44 times that of a tilted stator at 1, 2 and 5 deg" in told.why
+    for claim in claims_of(Findings({"jewel": outcome(report)})).claims:
+        if claim.verdict == "differs" and not claim.label.startswith(("eq:", "fig:noise")):
+            assert "; " in claim.why, claim.what  # more than the rule of its tolerance
 
 
 def test_what_was_not_measured_and_what_never_can_be_says_why(unmeasured):
