@@ -106,9 +106,10 @@ peers: install .venv/.peers
 paper-wound: install
 	$(BIN)/python -m tests.campaigns.paper_wound $(WOUND)
 
-# The paper's campaign killed in each of its parts and resumed; three minutes of processor time.
+# The paper's campaign killed in each of its parts and resumed, three minutes of processor time; `make reproduce-kills KILLED='--shots 10'` is a longer one.
 reproduce-kills: install
-	$(BIN)/python -m tests.campaigns.reproduce_kills
+	$(BIN)/python -m tests.campaigns.reproduce_kills --page docs/evidence/reproduce-kills.md $(KILLED)
+	$(BIN)/python -m tests.evidence --measured reproduce-kills
 
 # `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
 diagnose-study: install

@@ -44,7 +44,7 @@ def _like_stator_tilt(bearing: str, defect: str, found: Findings) -> Value:
 def _how_unlike(bearing: str, defect: str, found: Findings, ours: Value) -> str:
     ratios = [_over_stator_tilt(bearing, defect, size) for size in (1.0, 2.0, 5.0)]
     return (
-        f"F_perp is {ratios[0]:.2f}, {ratios[1]:.2f} and {ratios[2]:.2f} times that of a tilted stator at 1, 2 and 5 deg, "
+        f"F_perp is {ratios[0]:.2f}, {ratios[1]:.2f} and {ratios[2]:.2f} times that of a tilted stator at 1, 2, 5 deg, "
         "so that the curves have one shape at two heights; the text has that they closely resemble each other"
     )
 

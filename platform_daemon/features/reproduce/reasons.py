@@ -35,8 +35,8 @@ def friction(found: Findings, ours: Value) -> str:
 def residual(found: Findings, ours: Value) -> str:
     """Of R2 and nRMSE."""
     return (
-        "R2 = 1 - nRMSE^2: both say how much the model leaves over, which is what acts on the resonator beside it; when "
-        "effects were looked for that reproduce the paper's means, the residual was not fitted"
+        "R2 = 1 - nRMSE^2: both say how much the model leaves over, which is what acts on the resonator beside it; "
+        "when effects were looked for that reproduce the paper's means, the residual was not fitted"
     )
 
 
@@ -152,6 +152,6 @@ def ratio_v(found: Findings, ours: Value) -> str:
         for m_r, f_hz, deg in ((12.028, 213.25, 53.0), (11.014, 215.69, 22.8))
     )
     return (
-        f"m_r times eq:dotvarphimax at the means of tab:model_params_fit_result gives {jewel / thread:.2f}, not the three "
-        "of the text"
+        f"m_r times eq:dotvarphimax at the means of tab:model_params_fit_result gives {jewel / thread:.2f}, not the "
+        "three of the text"
     )
