@@ -35,17 +35,14 @@ _QUICK_RAMPS = {"thread": {"start_t": 170e-6, "step_t": 10e-6}, "jewel": {"start
 _WINDOWS = {"thread": "n50", "jewel": "d30"}
 
 
-def prepare(out: Path, campaign: Campaign, *, resume: bool) -> None:
+def check_folder(out: Path, campaign: Campaign, *, resume: bool) -> None:
     """Raises InputError for a folder that holds something else, or a campaign of another version or request."""
-
     file = out / "campaign.json"
     if not resume:
         if out.is_file():
             raise InputError("is a file", where=str(out), remedy="name a folder")
         if out.is_dir() and any(out.iterdir()):
             raise InputError("the folder is not empty", where=str(out), remedy="name another one, or give --resume")
-        out.mkdir(parents=True, exist_ok=True)
-        write_file(file, to_json(campaign, indent=1).encode())
         return
     try:
         before = Campaign.model_validate_json(file.read_bytes())
@@ -57,6 +54,17 @@ def prepare(out: Path, campaign: Campaign, *, resume: bool) -> None:
         why = "; ".join(f"{n}: {getattr(before, n)} there, {getattr(campaign, n)} now" for n in named)
         remedy = "continue it as it was begun, or begin a new folder"
         raise InputError("the campaign was begun differently", where=str(file), why=why, remedy=remedy)
+
+
+def begin(out: Path, campaign: Campaign) -> None:
+    """Note what a folder is measured with.  Raises StorageError."""
+    out.mkdir(parents=True, exist_ok=True)
+    write_file(out / "campaign.json", to_json(campaign, indent=1).encode())
+
+
+def is_measured(out: Path, variant: str, resonator: str) -> bool:
+    """It is there whole.  Raises InputError for another resonator's, and one of another version."""
+    return (out / f"{variant}.h5").is_file() and outcome_in(out, variant, of=resonator) is not None
 
 
 def held_in_n50(out: Path, variant: str) -> dict[str, float]:

@@ -39,7 +39,7 @@ def reproduce(
     """Measure both resonators as in the paper, and compare each of its numbers with the measured one."""
     from platform_daemon import __version__
 
-    from .campaign import QUICK_SHOTS, characterise_request, held_in_n50, outcome_in, prepare
+    from .campaign import QUICK_SHOTS, begin, characterise_request, check_folder, held_in_n50, is_measured
     from .schema import Campaign
 
     resonators = {v: name for v, name in (("thread", thread), ("jewel", jewel)) if name != "none"}
@@ -56,17 +56,31 @@ def reproduce(
         quick=quick,
     )
     if not dry_run:
-        prepare(out, campaign, resume=resume)
+        check_folder(out, campaign, resume=resume)
     heed_one_interrupt()
     with measuring_engine(where, kept, dry_run=dry_run) as engine:
+        todo = {variant: name for variant, name in resonators.items() if not is_measured(out, variant, name)}
+        for variant, name in todo.items():  # before anything is written, or moves
+            _check(engine, characterise_request(campaign, variant, name, {}), out)
+        if not dry_run:
+            begin(out, campaign)
         for variant, name in resonators.items():
-            if (out / f"{variant}.h5").is_file() and outcome_in(out, variant, of=name) is not None:
+            if variant not in todo:
                 print(f"{variant}: measured before, {out / f'{variant}.h5'}")
                 continue
             made_of = characterise_request(campaign, variant, name, held_in_n50(out, variant))
             _measure(engine, made_of, out / f"{variant}.h5", dry_run=dry_run)
     if not dry_run:
         _report(out, made)
+
+
+def _check(engine: Engine, request: CharacteriseRequest, out: Path) -> None:
+    """Raises InputError for what cannot be made."""
+    from platform_daemon.features.procedures.bench import ProcedureBench
+    from platform_daemon.features.procedures.conductor import ProcedureFiles
+    from platform_daemon.features.procedures.planned import plan_procedure
+
+    plan_procedure(ProcedureBench(engine=engine, files=ProcedureFiles(out, out)), request)
 
 
 def _measure(engine: Engine, request: CharacteriseRequest, recording: Path, *, dry_run: bool) -> None:

@@ -17,7 +17,7 @@ from platform_daemon.features.procedures.bench import ProcedureBench
 from platform_daemon.features.procedures.conductor import ProcedureFiles, ProcedureWork
 from platform_daemon.features.procedures.planned import plan_procedure
 
-from .campaign import QUICK_SHOTS, characterise_request, draws_of, held_in_n50, outcome_in, report_files
+from .campaign import QUICK_SHOTS, characterise_request, draws_of, held_in_n50, is_measured, report_files
 from .schema import Campaign, Claims, ReproductionRequest
 
 _CONCLUSION = 0.2  # of the time that a campaign takes
@@ -65,7 +65,7 @@ class ReproductionWork:
         begins = 0.0
         for variant, resonator in self.request.resonators.items():
             share = (1.0 - _CONCLUSION) * self.planned[variant].duration_s / self.duration_s
-            if outcome_in(folder, variant, of=resonator) is None or not (folder / f"{variant}.h5").is_file():
+            if not is_measured(folder, variant, resonator):
                 self._measure(job, folder, variant, begins, share)
             begins += share
             job.at(begins, f"{variant}: done")

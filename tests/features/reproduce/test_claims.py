@@ -232,6 +232,9 @@ def test_ramps_of_a_quick_campaign_begin_at_four_fifths_of_the_papers_field_and_
 
 @pytest.mark.long
 def test_a_campaign_of_one_resonator_is_measured_and_continued(tmp_path):
+    wrong = here("reproduce", "--out", tmp_path / "c", "--jewel", "rope", "--data", tmp_path / "data")
+    assert_one_line_error(wrong, 2, "rope")
+    assert not (tmp_path / "c").exists()  # nothing was begun, and the thread was not measured before
     made = ("--no-tune", "--no-ramp", "--shots", "2", "--thread", "none", "--data", tmp_path / "data")
     first = here("reproduce", "--out", tmp_path / "c", *made)
     assert first.returncode == 0, first.stderr
