@@ -30,6 +30,7 @@ def routes(place: Workplace) -> None:
         _design(daemon)
         _diagnoses(daemon)
         _characterisations(daemon, made)
+        _reproductions(daemon)
         _calibrations(daemon)
         _problems(daemon)
         _procedures(daemon)
@@ -208,6 +209,19 @@ def _characterisations(daemon: Daemon, made: str) -> None:
     daemon.ask("characterisations/report", "GET", f"{found}/report")
     daemon.ask("characterisations/cancel-ended", "DELETE", found)
     daemon.ask("characterisations/all", "GET", "/characterisations")
+
+
+def _reproductions(daemon: Daemon) -> None:
+    """Without one that measures: it takes a minute, and changes the noise of what follows."""
+    nobody, one = {"thread": None, "jewel": None}, "/reproductions/x"
+    daemon.ask("reproductions/all", "GET", "/reproductions")
+    daemon.ask("reproductions/422-nobody", "POST", "/reproductions", json=nobody)
+    daemon.ask("reproductions/404", "GET", one)
+    daemon.ask("reproductions/404-report", "GET", f"{one}/report")
+    daemon.ask("reproductions/404-change", "PUT", one, json={"quick": True})
+    daemon.ask("reproductions/404-cancel", "DELETE", one)
+    for what in ("pause", "resume"):
+        daemon.ask(f"reproductions/404-{what}", "POST", f"{one}/{what}", json={})
 
 
 def _calibrations(daemon: Daemon) -> None:

@@ -49,7 +49,18 @@ PATHS = (
         "diagnoses",
         "specimens",
     ),
-    *("characterisations", "models", "resonators", "sequences", "design", "health", "ready", "docs", "openapi.json"),
+    *(
+        "characterisations",
+        "reproductions",
+        "models",
+        "resonators",
+        "sequences",
+        "design",
+        "health",
+        "ready",
+        "docs",
+        "openapi.json",
+    ),
 )
 
 
