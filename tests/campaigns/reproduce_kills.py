@@ -98,7 +98,7 @@ def reproduce_kills(place: Path, shots: int) -> Found:
         frames = open_recording(folder / f"{variant}.h5").frames - BLANK_SHOTS
         if frames != shots:
             found.wrong.append(f"{variant}: {frames} shots, not {shots}")
-    _run([*_words(alone, shots), "--jewel", "none"])
+    _run(_words(alone, shots, jewel="none"))
     ours, theirs = _thread_claims(folder), _thread_claims(alone)
     found.claims = len(ours)
     found.wrong += [f"{a.what}: {a.ours}, alone {b.ours}" for a, b in zip(ours, theirs, strict=True) if a != b]
@@ -110,10 +110,10 @@ def changed(kept: Mapping[Path, str]) -> list[str]:
     return [f"{path.name} has changed" for path, before in kept.items() if digest(path) != before]
 
 
-def _words(folder: Path, shots: int, *more: str) -> list[str]:
+def _words(folder: Path, shots: int, *more: str, jewel: str = "jewel_published") -> list[str]:
     """Of a campaign without tune and ramps."""
     words = ["--out", str(folder), "--shots", str(shots), "--no-tune", "--no-ramp", "--thread", "thread_published"]
-    return [str(COMMAND), "reproduce", *words, "--jewel", "jewel_published", *more]
+    return [str(COMMAND), "reproduce", *words, "--jewel", jewel, *more]
 
 
 def _killed(words: list[str], phase: str, reached: Callable[[], bool]) -> None:
