@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
@@ -20,6 +20,11 @@ _ARGUMENTS = "Arguments; what is not given is as the daemon has it:"
 _KEY = "    idempotency_key: A call that is repeated with it returns the first job; None: a new one."
 _UNITS = "Keys in T, s, Hz and rad may also be given as NAME_ut, NAME_mt, NAME_ms, NAME_khz and NAME_deg."
 _LIMITS = {"gt": "above {}", "ge": "at least {}", "lt": "below {}", "le": "at most {}"}
+
+
+def several(value: str | Sequence[str]) -> tuple[str, ...]:
+    """One value, or several, as several."""
+    return (value,) if isinstance(value, str) else tuple(value)
 
 
 def request_from(

@@ -13,7 +13,7 @@ from typing import Any, cast
 from pydantic import BaseModel
 
 from drivers.errors import InputError
-from platform_daemon.client.requests import request_from, takes
+from platform_daemon.client.requests import request_from, several, takes
 from platform_daemon.client.works import procedure_request
 from platform_daemon.core.jobs.kinds import job_type
 from platform_daemon.core.registry import feature_of
@@ -61,6 +61,7 @@ from .jobs import (
     AsyncProcedure,
     AsyncReproduction,
     AsyncSelfTest,
+    id_of,
     job_of,
 )
 from .recordings import AsyncRecording, AsyncRecordings
@@ -194,7 +195,7 @@ class AsyncClient:
         self, recording: str | AsyncRecording, *, idempotency_key: str | None = None, **values: Any
     ) -> AsyncFit:
         """Fit a stored recording, given by its id or itself."""
-        body = request_from(RecordingFitRequest, {"recording": _id_of(recording), **values}, "fit")
+        body = request_from(RecordingFitRequest, {"recording": id_of(recording), **values}, "fit")
         return cast(AsyncFit, await self._start("fit", body, idempotency_key))
 
     @takes(DiagnosisRequest, "recordings")
@@ -202,7 +203,7 @@ class AsyncClient:
         self, *recordings: str | AsyncRecording, idempotency_key: str | None = None, **values: Any
     ) -> AsyncDiagnosis:
         """Find what the model of a resonator lacks; several recordings of it are diagnosed together."""
-        chosen = [_id_of(each) for each in recordings]
+        chosen = [id_of(each) for each in recordings]
         body = request_from(DiagnosisRequest, {"recordings": chosen, **values}, "diagnose")
         return cast(AsyncDiagnosis, await self._start("diagnosis", body, idempotency_key))
 
@@ -212,7 +213,7 @@ class AsyncClient:
     ) -> AsyncCharacterisation:
         """Make the paper's tables of a stored recording."""
         body = request_from(
-            CharacterisationRequest, {"recording": _id_of(recording), **values}, "characterise_recording"
+            CharacterisationRequest, {"recording": id_of(recording), **values}, "characterise_recording"
         )
         return cast(AsyncCharacterisation, await self._start("characterisation", body, idempotency_key))
 
@@ -245,7 +246,7 @@ class AsyncClient:
         self, *, state: str | Sequence[str] = (), kind: str | Sequence[str] = ()
     ) -> AsyncIterator[JobSummary]:
         """All jobs in short, newest first; state, kind: only these; empty: all."""
-        query = {"state": _several(state), "kind": _several(kind)}
+        query = {"state": several(state), "kind": several(kind)}
         async for each in self._transport.items(JobSummary, "list_jobs", query):
             yield each
 
@@ -268,7 +269,7 @@ class AsyncClient:
         kinds: only these; empty: all.  after: begin after the event of this number; None: with those that come.
         Raises EventsDropped if some were missed.
         """
-        identifier = _id_of(job) if job is not None else None
+        identifier = id_of(job) if job is not None else None
         chosen = {*kinds, "job"} if kinds and identifier is not None else kinds  # its end ends the stream
         begin = 0 if identifier is not None and after is None else after
         async with aclosing(follow(self._transport, job=identifier, kinds=chosen, after=begin)) as events:
@@ -389,20 +390,11 @@ class AsyncClient:
     @takes(DefectsRequest)
     async def defects(self, **values: Any) -> DefectsReport:
         """What a manufacturing defect does to a resonator, in some sizes and at some deflections."""
-        return await self._transport.post(
-            DefectsReport, "compute_defects", request_from(DefectsRequest, values, "defects")
-        )
+        body = request_from(DefectsRequest, values, "defects")
+        return await self._transport.post(DefectsReport, "compute_defects", body)
 
     @takes(DefectsRequest)
     async def defects_picture(self, **values: Any) -> bytes:
         """The same as a PNG."""
         body = request_from(DefectsRequest, values, "defects")
         return (await self._transport.send("draw_defects", content=body.model_dump_json())).content
-
-
-def _id_of(named: AsyncJob[Any] | AsyncRecording | str) -> str:
-    return named if isinstance(named, str) else named.id
-
-
-def _several(value: str | Sequence[str]) -> tuple[str, ...]:
-    return (value,) if isinstance(value, str) else tuple(value)

@@ -312,3 +312,8 @@ def job_of(transport: AsyncTransport, view: JobModel[Any, Any]) -> AsyncJob[Any]
     """The job of a view, of the class of its kind."""
     other = AsyncQueuedJob if feature_of(view.kind).kind.needs_hardware else AsyncJob
     return CLASSES.get(view.kind, other)(transport, view)
+
+
+def id_of(named: AsyncJob[Any] | AsyncRecording | str) -> str:
+    """The id of a job or recording that is given by itself or its id."""
+    return named if isinstance(named, str) else named.id

@@ -13,7 +13,7 @@ from typing import Any, cast
 from pydantic import BaseModel
 
 from drivers.errors import InputError
-from platform_daemon.client.requests import request_from, takes
+from platform_daemon.client.requests import request_from, several, takes
 from platform_daemon.client.works import procedure_request
 from platform_daemon.core.jobs.kinds import job_type
 from platform_daemon.core.registry import feature_of
@@ -61,6 +61,7 @@ from .jobs import (
     Procedure,
     Reproduction,
     SelfTest,
+    id_of,
     job_of,
 )
 from .recordings import Recording, Recordings
@@ -190,13 +191,13 @@ class Client:
     @takes(RecordingFitRequest)
     def fit(self, recording: str | Recording, *, idempotency_key: str | None = None, **values: Any) -> Fit:
         """Fit a stored recording, given by its id or itself."""
-        body = request_from(RecordingFitRequest, {"recording": _id_of(recording), **values}, "fit")
+        body = request_from(RecordingFitRequest, {"recording": id_of(recording), **values}, "fit")
         return cast(Fit, self._start("fit", body, idempotency_key))
 
     @takes(DiagnosisRequest, "recordings")
     def diagnose(self, *recordings: str | Recording, idempotency_key: str | None = None, **values: Any) -> Diagnosis:
         """Find what the model of a resonator lacks; several recordings of it are diagnosed together."""
-        chosen = [_id_of(each) for each in recordings]
+        chosen = [id_of(each) for each in recordings]
         body = request_from(DiagnosisRequest, {"recordings": chosen, **values}, "diagnose")
         return cast(Diagnosis, self._start("diagnosis", body, idempotency_key))
 
@@ -206,7 +207,7 @@ class Client:
     ) -> Characterisation:
         """Make the paper's tables of a stored recording."""
         body = request_from(
-            CharacterisationRequest, {"recording": _id_of(recording), **values}, "characterise_recording"
+            CharacterisationRequest, {"recording": id_of(recording), **values}, "characterise_recording"
         )
         return cast(Characterisation, self._start("characterisation", body, idempotency_key))
 
@@ -237,7 +238,7 @@ class Client:
 
     def jobs(self, *, state: str | Sequence[str] = (), kind: str | Sequence[str] = ()) -> Iterator[JobSummary]:
         """All jobs in short, newest first; state, kind: only these; empty: all."""
-        query = {"state": _several(state), "kind": _several(kind)}
+        query = {"state": several(state), "kind": several(kind)}
         yield from self._transport.items(JobSummary, "list_jobs", query)
 
     def jobs_of(self, kind: str) -> Iterator[Job[Any]]:
@@ -259,7 +260,7 @@ class Client:
         kinds: only these; empty: all.  after: begin after the event of this number; None: with those that come.
         Raises EventsDropped if some were missed.
         """
-        identifier = _id_of(job) if job is not None else None
+        identifier = id_of(job) if job is not None else None
         chosen = {*kinds, "job"} if kinds and identifier is not None else kinds  # its end ends the stream
         begin = 0 if identifier is not None and after is None else after
         with closing(follow(self._transport, job=identifier, kinds=chosen, after=begin)) as events:
@@ -372,18 +373,11 @@ class Client:
     @takes(DefectsRequest)
     def defects(self, **values: Any) -> DefectsReport:
         """What a manufacturing defect does to a resonator, in some sizes and at some deflections."""
-        return self._transport.post(DefectsReport, "compute_defects", request_from(DefectsRequest, values, "defects"))
+        body = request_from(DefectsRequest, values, "defects")
+        return self._transport.post(DefectsReport, "compute_defects", body)
 
     @takes(DefectsRequest)
     def defects_picture(self, **values: Any) -> bytes:
         """The same as a PNG."""
         body = request_from(DefectsRequest, values, "defects")
         return (self._transport.send("draw_defects", content=body.model_dump_json())).content
-
-
-def _id_of(named: Job[Any] | Recording | str) -> str:
-    return named if isinstance(named, str) else named.id
-
-
-def _several(value: str | Sequence[str]) -> tuple[str, ...]:
-    return (value,) if isinstance(value, str) else tuple(value)

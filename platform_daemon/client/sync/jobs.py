@@ -310,3 +310,8 @@ def job_of(transport: Transport, view: JobModel[Any, Any]) -> Job[Any]:
     """The job of a view, of the class of its kind."""
     other = QueuedJob if feature_of(view.kind).kind.needs_hardware else Job
     return CLASSES.get(view.kind, other)(transport, view)
+
+
+def id_of(named: Job[Any] | Recording | str) -> str:
+    """The id of a job or recording that is given by itself or its id."""
+    return named if isinstance(named, str) else named.id

@@ -17,8 +17,6 @@ from platform_daemon.features.procedures.schema import ProcedureLog
 
 from .schema import Campaign
 
-QUICK_SHOTS = 10
-"""Of each resonator in a quick campaign."""
 BLANK_SHOTS = 4
 """Before the shots of each, as characterise has it."""
 _FITS_PER_LEVEL = 30  # of the noise sweep: of fewer shots several draws of noise
@@ -29,7 +27,7 @@ _SEQUENCES = {
 }
 _HIGHEST_T = {"thread": 330e-6, "jewel": 740e-6}  # of a ramp: 1.2 of the paper's B_max (ssec:measurement_sequence)
 # Of --quick: from 80 % of the paper's field on, as half of it takes twice the shots; steps of 1/20 of that field.
-_QUICK_RAMPS = {"thread": {"start_t": 170e-6, "step_t": 10e-6}, "jewel": {"start_t": 390e-6, "step_t": 25e-6}}
+_QUICK_FIELDS = {"thread": {"start_t": 170e-6, "step_t": 10e-6}, "jewel": {"start_t": 390e-6, "step_t": 25e-6}}
 # Of on-line fits, by which tune and ramp go: a thread whose f_nat settles after the burst (thread_published) is refused
 # over D30 at small swings; a jewel's two losses cannot be told apart over N50.
 _WINDOWS = {"thread": "n50", "jewel": "d30"}
@@ -78,7 +76,7 @@ def characterise_request(
     campaign: Campaign, variant: str, resonator: str, held: dict[str, float]
 ) -> CharacteriseRequest:
     """Of one resonator; held: in its N50 fits.  Raises InputError."""
-    ramp = {"max_t": _HIGHEST_T[variant]} | (_QUICK_RAMPS[variant] if campaign.quick else {})
+    fields = {"max_t": _HIGHEST_T[variant]} | (_QUICK_FIELDS[variant] if campaign.quick else {})
     keys = {
         "kind": "characterise",
         "acquisition": {
@@ -90,7 +88,7 @@ def characterise_request(
         },
         "held_in_n50": held,
         "tune": campaign.tune,
-        "ramp": ramp if campaign.ramp else None,
+        "ramp": fields if campaign.finds_field else None,
     }
     return validated(CharacteriseRequest, keys, "reproduce")
 

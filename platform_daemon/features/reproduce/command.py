@@ -39,8 +39,8 @@ def reproduce(
     """Measure both resonators as in the paper, and compare each of its numbers with the measured one."""
     from platform_daemon import __version__
 
-    from .campaign import QUICK_SHOTS, begin, characterise_request, check_folder, held_in_n50, is_measured
-    from .schema import Campaign
+    from .campaign import begin, characterise_request, check_folder, held_in_n50, is_measured
+    from .schema import QUICK_SHOTS, Campaign
 
     resonators = {v: name for v, name in (("thread", thread), ("jewel", jewel)) if name != "none"}
     if not resonators:

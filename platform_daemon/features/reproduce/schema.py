@@ -9,6 +9,8 @@ from typing_extensions import TypeAliasType
 
 from platform_daemon.core.schemas.base import QueuedRequest, Schema
 
+QUICK_SHOTS = 10
+"""Of each resonator in a quick campaign."""
 ClaimVerdict = TypeAliasType("ClaimVerdict", Literal["agrees", "differs", "not_reproducible"])
 """Of a number of the paper."""
 
@@ -61,6 +63,11 @@ class Campaign(Schema):
     quick: bool
     """The ramps began at 80 % of the paper's field, and had larger steps."""
 
+    @property
+    def finds_field(self) -> bool:
+        """See ramp."""
+        return self.ramp
+
 
 class ReproductionRequest(QueuedRequest):
     """The paper's campaign: both resonators, and each of its numbers beside the measured one."""
@@ -90,6 +97,18 @@ class ReproductionRequest(QueuedRequest):
     def resonators(self) -> dict[str, str]:
         """Names by variant, in the order in which they are measured."""
         return {v: name for v, name in (("thread", self.thread), ("jewel", self.jewel)) if name is not None}
+
+    def campaign(self, software_version: str) -> Campaign:
+        """What it measures, on the platform of a daemon of that version."""
+        return Campaign(
+            software_version=software_version,
+            platform="",
+            changes=(),
+            shots=QUICK_SHOTS if self.quick else self.shots,
+            tune=self.tune,
+            ramp=self.ramp,
+            quick=self.quick,
+        )
 
     @property
     def mounted_resonator(self) -> str | None:

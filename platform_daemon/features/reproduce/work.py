@@ -17,7 +17,7 @@ from platform_daemon.features.procedures.bench import ProcedureBench
 from platform_daemon.features.procedures.conductor import ProcedureFiles, ProcedureWork
 from platform_daemon.features.procedures.planned import plan_procedure
 
-from .campaign import QUICK_SHOTS, characterise_request, draws_of, held_in_n50, is_measured, report_files
+from .campaign import characterise_request, draws_of, held_in_n50, is_measured, report_files
 from .schema import Campaign, Claims, ReproductionRequest
 
 _CONCLUSION = 0.2  # of the time that a campaign takes
@@ -132,15 +132,7 @@ def plan(bench: HardwareBench, request: ReproductionRequest) -> ReproductionWork
             where="thread, jewel",
             remedy="ask for one, with null for the other; `platform-daemon reproduce` measures both in one folder",
         )
-    campaign = Campaign(
-        software_version=__version__,
-        platform="",
-        changes=(),
-        shots=QUICK_SHOTS if request.quick else request.shots,
-        tune=request.tune,
-        ramp=request.ramp,
-        quick=request.quick,
-    )
+    campaign = request.campaign(__version__)
     for resonator in request.resonators.values():
         bench.engine.catalogue.resonators.named(resonator)
     again = "" if bench.again is None else bench.again.identifier
