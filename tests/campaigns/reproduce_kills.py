@@ -34,12 +34,13 @@ _PART = "part-*.json"
 _LONGEST_S = 3600.0
 HEAD = """# The paper's campaign, killed and resumed
 
-`make reproduce-kills` (`python -m tests.campaigns.reproduce_kills --shots {shots}`): `platform-daemon reproduce` with
-{shots} shots of `thread_published` and of `jewel_published`, without tune and ramps. The command with all its
-processes is killed (SIGKILL) in four phases, one after the other, and continued by `--resume` each time. Whole are the
-recordings with their reports and the parts of the noise sweep; each must be there bit by bit after every later death
-and at the end. Each recording has every shot once. The claims of the thread's fits, but for times of computing, must
-be those of a campaign that nobody killed, digit by digit.
+`make reproduce-kills` (`python -m tests.campaigns.reproduce_kills --shots {shots}`): `platform-daemon
+reproduce` with {shots} shots of `thread_published` and of `jewel_published`, without tune and ramps.
+The command with all its processes is killed (SIGKILL) in four phases, one after the other, and
+continued by `--resume` each time. Whole are the recordings with their reports and the parts of the
+noise sweep; each must be there bit by bit after every later death and at the end. Each recording has
+every shot once. The claims of the thread's fits, but for times of computing, must be those of a
+campaign that nobody killed, digit by digit.
 
 | | |
 |---|---|
