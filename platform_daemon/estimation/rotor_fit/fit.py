@@ -18,7 +18,7 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError,
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .parameters import DEFECTS, Defect, FreeParameter, free_parameters
-from .shot import RotorShot, chi2_of, linearised
+from .shot import Linearised, RotorShot, linearised
 
 LIMITS = THRESHOLDS.rigid_rotor
 
@@ -78,14 +78,12 @@ class _Layout:
     size: int
 
     @classmethod
-    def of(cls, shots: Sequence[RotorShot], defects: Iterable[Defect], held: Sequence[str], window_s: float) -> _Layout:
+    def of(cls, shots: Sequence[RotorShot], defects: Iterable[Defect], held: Sequence[str]) -> _Layout:
         free, places, shared, size = [], [], dict[str, int](), 0
         defects = tuple(defects)
         for shot in shots:
             of_shot = tuple(
-                p
-                for p in free_parameters(shot.geometry, defects, moving=shot.moving)
-                if p.name not in held and p.from_s <= window_s
+                p for p in free_parameters(shot.geometry, defects, moving=shot.moving) if p.name not in held
             )
             here = []
             for p in of_shot:
@@ -134,6 +132,7 @@ def fit_rotor(
     first_window_s: float = LIMITS.first_window_s,
     held: Sequence[str] = (),
     whole: bool = True,
+    known: Sequence[RotorValues] | None = None,
     beside: RotorFit | None = None,
 ) -> RotorFit:
     """Fit shots of one specimen together.
@@ -144,19 +143,21 @@ def fit_rotor(
         pool: for the columns of the Jacobian.
         first_window_s: of the windows that grow.
         held: names of parameters that are not free.
+        known: of each shot what is known beforehand, where that is not what the fit starts with.
+        whole: the last window is the whole ring-down; False: it is one of those that grow, so that the fit need not be
+            settled to the last digit.
         beside: a fit with another defect; this one ends where a window's chi^2 rises too far above that one's.
-        whole: the window of the whole ring-down frees every parameter; False: only those that its length tells.
 
     Raises:
         RotorFitError: the start values are far from any rotor, nothing is determined, or `beside` is far better.
     """
-    first = [s.values for s in shots]
-    free = () if defect is None else (defect,)
-    values, longest, stages = list(first), longest_s(shots), []
-    for window_s in _windows_s(first_window_s, longest):
-        layout = _Layout.of(shots, free, held, window_s if window_s < longest or not whole else math.inf)
-        settled_chi2 = LIMITS.settled_chi2 if window_s < longest else LIMITS.found_chi2
-        values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, settled_chi2, pool)
+    values: list[RotorValues] = [s.values for s in shots]
+    first = values if known is None else known
+    layout = _Layout.of(shots, () if defect is None else (defect,), held)
+    longest, stages = longest_s(shots), list[Stage]()
+    for window_s in windows_s(first_window_s, longest):
+        last = whole and window_s == longest
+        values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, last, pool)
         if window_s == longest:
             break
         stages.append(Stage(window_s, tuple(values), sum(chi2)))
@@ -220,13 +221,13 @@ def with_errors_of_held(fit: RotorFit, names: Sequence[str], covariance: Array, 
     )
 
 
-def _windows_s(first_s: float, longest_s: float) -> list[float]:
+def windows_s(first_s: float, longest_s: float) -> list[float]:
     """They grow to the share from which the rest is predicted, and then to the whole."""
     found, share_s = [], LIMITS.predicting_share * longest_s
     while first_s * math.sqrt(LIMITS.window_growth) < share_s:
         found.append(first_s)
         first_s *= LIMITS.window_growth
-    return [*found, *([share_s] if found else []), longest_s]
+    return [*found, *([share_s] if math.isfinite(first_s) and first_s < longest_s else []), longest_s]
 
 
 def _still_alike(stage: Stage, beside: RotorFit) -> None:
@@ -244,9 +245,8 @@ def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]
     """
     size, _ = fit.strength
     assert fit.defect is not None
-    layout = _Layout.of(fit.shots, (fit.defect, rival), (), math.inf)
-    matrix, *_ = _normal_equations(fit.shots, layout, fit.values, fit.window_s, pool)
-    matrix[np.diag_indices(layout.size)] += layout.prior(fit.values, fit.values)[0]
+    layout = _Layout.of(fit.shots, (fit.defect, rival), ())
+    matrix = _Valley(fit.shots, layout, fit.values, fit.window_s).linearised(fit.values, pool).matrix
     gone = layout.place(fit.defect)
     others = [k for k in range(layout.size) if k != gone]
     step = np.zeros(layout.size)
@@ -258,73 +258,152 @@ def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]
     return layout.moved(fit.values, step)
 
 
+@dataclass(frozen=True, eq=False)
+class _Normal:
+    """Normal equations of all shots at some values.
+
+    matrix: (size, size) with the weights of what is known beforehand; gradient: (size,); chi2, counts: of each shot;
+    total: sum of chi^2 with what is known; by_shot: their linearisations.
+    """
+
+    matrix: Array
+    gradient: Array
+    chi2: list[float]
+    counts: list[int]
+    total: float
+    by_shot: list[Linearised]
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """Values of each shot, their residuals, and chi^2 with what is known beforehand."""
+
+    values: list[RotorValues]
+    left: list[Array]
+    total: float
+
+
+class _Valley:
+    """Damped Gauss-Newton along the floor of a curved valley.
+
+    The data tell main mode and losses to parts in 10^6, and what goes into them, f_nat and the error, T_f, mu and
+    lambda, only together: J^T J, scaled to a unit diagonal, has eigenvalues from 1 to 10^-9.  A step along the weak directions
+    climbs the walls long before it ends, since the floor bends: f_nat goes with the square of a tilt.  Each trial is
+    therefore led back to the floor by steps along the strong directions alone, which need no other Jacobian, and only
+    then compared.  A trial costs a few motions, a Jacobian as many as there are free parameters.
+    """
+
+    def __init__(
+        self, shots: Sequence[RotorShot], layout: _Layout, first: Sequence[RotorValues], window_s: float
+    ) -> None:
+        self._shots, self._layout, self._first, self._window_s = shots, layout, first, window_s
+
+    def linearised(self, values: Sequence[RotorValues], pool: Executor) -> _Normal:
+        """Raises RotorFitError."""
+        layout = self._layout
+        by_shot, matrix, gradient = [], np.zeros((layout.size, layout.size)), np.zeros(layout.size)
+        for shot, v, free, places in zip(self._shots, values, layout.free, layout.places, strict=True):
+            try:
+                found = linearised(shot, v, free, self._window_s, pool)
+            except (NoRestError, LostRotorError) as error:
+                raise RotorFitError(str(error)) from None
+            matrix[np.ix_(places, places)] += found.matrix
+            gradient[list(places)] += found.gradient
+            by_shot.append(found)
+        weight, pull, known = layout.prior(values, self._first)
+        matrix[np.diag_indices(layout.size)] += weight
+        chi2 = [one.chi2 for one in by_shot]
+        return _Normal(matrix, gradient + pull, chi2, [one.count for one in by_shot], sum(chi2) + known, by_shot)
+
+    def trial(self, values: Sequence[RotorValues], step: Array, normal: _Normal) -> _Point | None:
+        """Where a step leads, back on the floor; None where there is no such rotor.
+
+        Raises RotorFitError.
+        """
+        strong, weight = _strong_directions(normal.matrix)
+        best: _Point | None = None
+        for _ in range(1 + LIMITS.most_returns):
+            at = self._at(self._layout.moved(values, step))
+            if at is None or (best is not None and not at.total < best.total):
+                break
+            best = at
+            along = strong.T @ self._gradient(at, normal)
+            rise = at.total - normal.total
+            if not float(along @ (along / weight)) > max(LIMITS.settled_chi2, LIMITS.worth_returning * rise):
+                break
+            values, step = at.values, strong @ (along / weight)
+        return best
+
+    def _at(self, values: list[RotorValues]) -> _Point | None:
+        try:
+            left = [s.residual(v, self._window_s)[0] for s, v in zip(self._shots, values, strict=True)]
+        except (NoRestError, LostRotorError):
+            return None
+        known = self._layout.prior(values, self._first)[2]
+        return _Point(values, left, sum(float(r @ r) for r in left) + known)
+
+    def _gradient(self, at: _Point, normal: _Normal) -> Array:
+        """By the Jacobian of another point."""
+        out = self._layout.prior(at.values, self._first)[1]
+        for one, residual, places in zip(normal.by_shot, at.left, self._layout.places, strict=True):
+            out[list(places)] += one.columns @ residual.astype(np.float32)
+        return out
+
+
+def _strong_directions(matrix: Array) -> tuple[Array, Array]:
+    """Columns (size, k) along which the data tell most, and what they tell of a unit of each, (k,).
+
+    Raises RotorFitError.
+    """
+    size = np.diag(matrix)
+    if not np.all(size > 0.0):
+        raise RotorFitError("the shots do not determine the rotor's parameters")
+    scale = 1.0 / np.sqrt(size)
+    values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
+    strong = values > LIMITS.strong_share * values[-1]
+    return scale[:, None] * vectors[:, strong], values[strong]
+
+
 def _settled(
     shots: Sequence[RotorShot],
     layout: _Layout,
     values: list[RotorValues],
     first: Sequence[RotorValues],
     window_s: float,
-    settled_chi2: float,
+    last: bool,
     pool: Executor,
 ) -> tuple[list[RotorValues], Array, list[float], list[float]]:
-    """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more."""
+    """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more.
+
+    last: no longer window follows.
+    """
+    most_steps, settled_chi2 = (
+        (LIMITS.most_steps, LIMITS.found_chi2) if last else (LIMITS.few_steps, LIMITS.settled_chi2)
+    )
+    valley = _Valley(shots, layout, first, window_s)
     damping, grows = LIMITS.first_damping, LIMITS.damping_grows
-    for _ in range(LIMITS.most_steps):
-        matrix, gradient, chi2, counts = _normal_equations(shots, layout, values, window_s, pool)
-        weight, pull, known = layout.prior(values, first)
-        matrix[np.diag_indices(layout.size)] += weight
-        gradient += pull
-        total = sum(chi2) + known
-        moved, fall = False, 0.0
+    for _ in range(most_steps):
+        normal = valley.linearised(values, pool)
+        reached, expected = None, 0.0
         while damping < LIMITS.most_damping:
+            damped = normal.matrix + damping * np.diag(np.diag(normal.matrix))
             try:
-                step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), gradient)
+                step = np.asarray(np.linalg.solve(damped, normal.gradient), dtype=np.float64)
             except np.linalg.LinAlgError:
                 raise RotorFitError("the shots do not determine the rotor's parameters") from None
-            expected = float(2.0 * gradient @ step - step @ matrix @ step)
+            expected = float(2.0 * normal.gradient @ step - step @ normal.matrix @ step)
             if expected < settled_chi2 and damping <= LIMITS.first_damping:
                 break
-            trial = layout.moved(values, np.asarray(step, dtype=np.float64))
-            fall = total - _cost(shots, layout, trial, first, window_s)
-            if fall > 0.0:
-                values, moved = trial, True
-                damping *= max(LIMITS.damping_falls, 1.0 - (2.0 * fall / expected - 1.0) ** 3)
-                grows = LIMITS.damping_grows
+            reached = valley.trial(values, step, normal)
+            if reached is not None and reached.total < normal.total:
                 break
-            damping, grows = damping * grows, 2.0 * grows
-        if not moved or fall < settled_chi2:
+            reached, damping, grows = None, damping * grows, 2.0 * grows
+        if reached is None:
+            break
+        values, fall = reached.values, normal.total - reached.total
+        damping *= LIMITS.damping_falls if fall > LIMITS.good_fall * expected else 1.0
+        grows = LIMITS.damping_grows
+        if max(fall, LIMITS.good_fall * expected) < settled_chi2:
             break
     own = layout.size / len(shots)
-    return values, matrix, chi2, [count - own for count in counts]
-
-
-def _cost(
-    shots: Sequence[RotorShot],
-    layout: _Layout,
-    values: Sequence[RotorValues],
-    first: Sequence[RotorValues],
-    window_s: float,
-) -> float:
-    """chi^2 with what was known beforehand; infinite where there is no such rotor."""
-    try:
-        seen = sum(chi2_of(s, v, window_s) for s, v in zip(shots, values, strict=True))
-    except (NoRestError, LostRotorError):
-        return math.inf
-    return seen + layout.prior(values, first)[2]
-
-
-def _normal_equations(
-    shots: Sequence[RotorShot], layout: _Layout, values: Sequence[RotorValues], window_s: float, pool: Executor
-) -> tuple[Array, Array, list[float], list[int]]:
-    """J^T J (size, size), J^T r (size,), chi^2 and number of residuals of each shot.  Raises RotorFitError."""
-    matrix, gradient, chi2, counts = np.zeros((layout.size, layout.size)), np.zeros(layout.size), [], []
-    for shot, v, free, places in zip(shots, values, layout.free, layout.places, strict=True):
-        try:
-            found = linearised(shot, v, free, window_s, pool)
-        except (NoRestError, LostRotorError) as error:
-            raise RotorFitError(str(error)) from None
-        matrix[np.ix_(places, places)] += found.matrix
-        gradient[list(places)] += found.gradient
-        chi2.append(found.chi2)
-        counts.append(found.count)
-    return matrix, gradient, chi2, counts
+    return values, normal.matrix, normal.chi2, [count - own for count in normal.counts]

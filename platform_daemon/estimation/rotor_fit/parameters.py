@@ -20,15 +20,14 @@ HELD_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "friction_coefficient"
 class FreeParameter:
     """One free parameter of RotorValues.
 
-    step: of the forward difference; sd: how well it is known beforehand, None: not at all; common: to all shots;
-    from_s: length of window from which on it is free, because a shorter one hardly tells it.
+    step: of the forward difference; sd: how well it is known beforehand, None: not at all; common: to all shots.  What
+    a short window hardly tells stays there within what is known of it.
     """
 
     name: str
     step: float
     sd: float | None = None
     common: bool = False
-    from_s: float = 0.0
 
 
 def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, moving: bool) -> tuple[FreeParameter, ...]:
@@ -50,13 +49,12 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, movin
             )
         )
     common = [
-        FreeParameter(name="lambda_per_s", step=LIMITS.step_per_s, common=True, from_s=LIMITS.damping_from_s),
+        FreeParameter(name="lambda_per_s", step=LIMITS.step_per_s, sd=LIMITS.damping_sd_per_s, common=True),
         FreeParameter(
             name="side_damping_per_s",
             step=LIMITS.step_per_s,
             sd=LIMITS.side_damping_sd_per_s,
             common=True,
-            from_s=LIMITS.damping_from_s,
         ),
     ]
     common.append(
@@ -65,7 +63,6 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, movin
             step=LIMITS.step_m,
             sd=LIMITS.distance_sd_m,
             common=True,
-            from_s=LIMITS.distance_from_s,
         )
     )
     for defect in defects:

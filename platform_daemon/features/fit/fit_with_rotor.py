@@ -107,6 +107,7 @@ def _shot(
         geometry=known.geometry,
         drive=replace(known.drive, rx_start_s=known.drive.rx_start_s + late_s),
         values=values,
+        declared=known.rotation,
         moving=known.moving,
     )
 

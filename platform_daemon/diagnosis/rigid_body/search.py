@@ -1,0 +1,185 @@
+"""The manufacturing errors that one shot cannot exclude: all kinds beside each other, in windows that grow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
+from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
+from platform_daemon.estimation.rotor_fit.fit import (
+    RotorFit,
+    RotorFitError,
+    Stage,
+    exchanged,
+    fit_rotor,
+    longest_s,
+    windows_s,
+)
+from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect
+from platform_daemon.estimation.rotor_fit.shot import RotorShot
+from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
+
+_LIMITS = THRESHOLDS.rigid_body
+
+
+@dataclass(frozen=True)
+class _Contestant:
+    """An error, with the fit of the last window, what was known beforehand, and the windows before it."""
+
+    fit: RotorFit
+    known: RotorValues
+    stages: tuple[Stage, ...] = ()
+
+    @property
+    def defect(self) -> Defect:
+        """Its kind."""
+        return defect_of(self.fit)
+
+    def among(self, others: Sequence[_Contestant]) -> bool:
+        """One of them is the same kind with the same size."""
+        size, std = self.fit.strength
+        return any(o.defect == self.defect and abs(o.fit.strength[0] - size) < _LIMITS.same_sigma * std for o in others)
+
+
+def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]]:
+    """Fits of the first tenth of a second with each kind of error, and what was known beforehand of each.
+
+    Both signs are tried where it tells none, and two orientations where that of one angle is not near the declared one:
+    with a large error one angle takes the part along the main axis for an orientation.  Raises RotorFitError.
+    """
+    part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.sign_window_s)])
+    held = _held(shot, _LIMITS.sign_window_s)
+    found = []
+    for known in _starts(part):
+        for defect in DEFECTS:
+            for sign in (1.0, -1.0):
+                begun = [replace(part, values=_with_error(part, known, defect, sign))]
+                with suppress(RotorFitError):
+                    fit = fit_rotor(begun, defect, pool, first_window_s=math.inf, whole=False, held=held, known=[known])
+                    found.append((fit, known))
+    if not found:
+        raise RotorFitError("a short window finds no rotor")
+    best = min((fit for fit, _ in found), key=total_chi2)
+    return [(fit, known) for fit, known in found if rise(fit, best) < FIT_LIMITS.rigid_rotor.rival_chi2]
+
+
+def _starts(shot: RotorShot) -> list[RotorValues]:
+    """Start values of one angle, and where its orientation is far from the declared one some with that.
+
+    One angle is then wrong about m_r as well.  By the drawing rotor and stator are the same magnet, of which real ones
+    fall short; the field's torque and what the swing induces go with m_r, so that the size of the swing tells it too.
+    """
+    values, declared = shot.values, shot.declared
+    if np.linalg.norm(rodrigues_from_rotation(values.rotation.T @ declared)) < _LIMITS.near_rad:
+        return [values]
+    moments = [share * shot.geometry.stator_moment_am2 for share in _LIMITS.moment_shares]
+    turned = _with_moment(shot, replace(values, rotation=declared), values.m_r_am2)
+    for _ in range(_LIMITS.moment_rounds):
+        try:
+            model, _ = shot.rotor(turned).dm_dt(shot.samples.shape[1], shot.rate_hz)
+        except (NoRestError, LostRotorError):
+            break
+        turned = _with_moment(shot, turned, turned.m_r_am2 * math.sqrt(np.std(shot.samples) / np.std(model)))
+    return [values, turned, *(_with_moment(shot, turned, m) for m in moments)]
+
+
+def _with_moment(shot: RotorShot, values: RotorValues, m_r_am2: float) -> RotorValues:
+    return replace(values, m_r_am2=m_r_am2, distance_m=shot.geometry.distance_m(values.f_nat_hz, m_r_am2))
+
+
+def _with_error(shot: RotorShot, values: RotorValues, defect: Defect, sign: float) -> RotorValues:
+    """Start values with an error; of a jewel with a tilted stator f_nat is above the main mode by its square."""
+    size = _LIMITS.start_m if defect == "lateral_displacement_m" else _LIMITS.start_rad
+    softer = defect == "stator_tilt_rad" and shot.geometry.bearing == "jewel"
+    above = 1.0 + (_LIMITS.jewel_softening * size**2 if softer else 0.0)
+    return values.with_numbers({defect: sign * size, "f_nat_hz": above * values.f_nat_hz})
+
+
+def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
+    """What a window tells too little of.
+
+    One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth; free in a
+    short window of a jewel the distance runs away.
+    """
+    if shot.geometry.bearing == "thread" or window_s > _LIMITS.jewel_distance_from_s:
+        return ()
+    damped = window_s > _LIMITS.sign_window_s
+    return ("distance_m",) if damped else ("distance_m", "lambda_per_s", "side_damping_per_s")
+
+
+def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
+    """Fits of one shot with each defect, and sign of it, that it cannot exclude, the best first.  Raises RotorFitError.
+
+    In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.
+    """
+    starts = []
+    for begun, known in _begun(shot, pool):
+        # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
+        found = begun.values[0]
+        distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
+        starts.append((defect_of(begun), replace(found, distance_m=distance_m), replace(known, distance_m=distance_m)))
+    field: list[_Contestant] = []
+    longest = longest_s([shot])
+    for window_s in windows_s(2.0 * _LIMITS.sign_window_s, longest):
+        last = window_s == longest
+        held = () if last else _held(shot, window_s)
+        runners = [(c.defect, c.fit.values[0], c.known, c.stages) for c in field] or [(*s, ()) for s in starts]
+        field = []
+        for defect, values, known, stages in runners:
+            part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=values)
+            try:
+                fit = fit_rotor([part], defect, pool, first_window_s=math.inf, held=held, whole=last, known=[known])
+            except RotorFitError:
+                continue
+            one = _Contestant(fit, known, (*stages, Stage(window_s, fit.values, total_chi2(fit))))
+            if not one.among(field):
+                field.append(one)
+        field.sort(key=lambda c: total_chi2(c.fit))
+        if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
+            raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
+        field = [c for c in field if rise(c.fit, field[0].fit) < FIT_LIMITS.rigid_rotor.rival_chi2]
+    best: dict[tuple[Defect, bool], RotorFit] = {}
+    for c in field:
+        best.setdefault((c.defect, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
+    # A kind that went astray in a window begins once more, from the one that explains the whole shot.
+    leader = next(iter(best.values()))
+    missing = [d for d in DEFECTS if d not in {d for d, _ in best}]
+    late = with_rivals(leader, missing, pool, 2.0 * _LIMITS.sign_window_s)
+    near = [f for f in late if rise(f, leader) < FIT_LIMITS.rigid_rotor.rival_chi2]
+    return sorted([*best.values(), *near], key=total_chi2)
+
+
+def with_rivals(
+    found: RotorFit, rivals: Sequence[Defect], pool: Executor, first_window_s: float = math.inf
+) -> list[RotorFit]:
+    """The same shots with other defects, as far as there are such rotors and a window does not tell against them."""
+    fits = []
+    for rival in rivals:
+        with suppress(RotorFitError):
+            values = exchanged(found, rival, pool)
+            begun = [replace(s, values=v) for s, v in zip(found.shots, values, strict=True)]
+            fits.append(fit_rotor(begun, rival, pool, first_window_s=first_window_s, beside=found))
+    return fits
+
+
+def rise(fit: RotorFit, best: RotorFit) -> float:
+    """Of chi^2 over that of the best fit, in units of what that leaves."""
+    return (total_chi2(fit) - total_chi2(best)) / max(1.0, best.chi2_per_dof)
+
+
+def defect_of(fit: RotorFit) -> Defect:
+    """The kind that a fit has."""
+    assert fit.defect is not None
+    return fit.defect
+
+
+def total_chi2(fit: RotorFit) -> float:
+    """Of all its shots."""
+    return sum(fit.chi2)
