@@ -54,8 +54,9 @@ def with_beginnings(
 ) -> tuple[list[PreparedShot], list[UnfittedShot]]:
     """Besides the fitted shots those of a known rotor that no single angle fits, by their first tenth of a second.
 
-    A rotor with a manufacturing error may swing so that the whole window looks like two resonators; its beginning, fitted
-    as if noise were a part of the signal, tells the frequency nevertheless.  Returns also what is left without a fit.
+    A rotor with a manufacturing error may swing so that the whole window looks like two resonators.  Its beginning,
+    fitted as if noise were a part of the signal, tells the frequency nevertheless.  Returns also what is left without
+    a fit.
     """
     found, left = list(prepared), []
     for one in refused:

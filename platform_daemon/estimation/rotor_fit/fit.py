@@ -287,10 +287,10 @@ class _Valley:
     """Damped Gauss-Newton along the floor of a curved valley.
 
     The data tell main mode and losses to parts in 10^6, and what goes into them, f_nat and the error, T_f, mu and
-    lambda, only together: J^T J, scaled to a unit diagonal, has eigenvalues from 1 to 10^-9.  A step along the weak directions
-    climbs the walls long before it ends, since the floor bends: f_nat goes with the square of a tilt.  Each trial is
-    therefore led back to the floor by steps along the strong directions alone, which need no other Jacobian, and only
-    then compared.  A trial costs a few motions, a Jacobian as many as there are free parameters.
+    lambda, only together: J^T J, scaled to a unit diagonal, has eigenvalues from 1 to 10^-9.  A step along the weak
+    directions climbs the walls long before it ends, since the floor bends: f_nat goes with the square of a tilt.  Each
+    trial is therefore led back to the floor by steps along the strong directions alone, which need no other Jacobian,
+    and only then compared.  A trial costs a few motions, a Jacobian as many as there are free parameters.
     """
 
     def __init__(
@@ -392,7 +392,7 @@ def _settled(
             except np.linalg.LinAlgError:
                 raise RotorFitError("the shots do not determine the rotor's parameters") from None
             expected = float(2.0 * normal.gradient @ step - step @ normal.matrix @ step)
-            if expected < settled_chi2 and damping <= LIMITS.first_damping:
+            if expected < settled_chi2:
                 break
             reached = valley.trial(values, step, normal)
             if reached is not None and reached.total < normal.total:

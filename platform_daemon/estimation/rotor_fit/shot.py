@@ -52,7 +52,7 @@ class RotorShot:
 
     def count(self, window_s: float) -> int:
         """Samples in a window from the first one."""
-        return min(self.samples.shape[1], max(1, round(window_s * self.rate_hz)))
+        return max(1, round(min(self.samples.shape[1], window_s * self.rate_hz)))
 
     def rotor(self, values: RotorValues) -> RigidRotor:
         """Its rotor with these values."""

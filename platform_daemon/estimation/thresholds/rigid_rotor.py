@@ -48,14 +48,14 @@ class RigidRotorThresholds:
     )
 
     # Least squares: rotor_fit
-    step_f_nat_hz: float = tuned(1e-5, "Hz", "of the difference for f_nat")
-    step_m_r_am2: float = tuned(1e-7, "A m^2", "of the difference for m_r")
-    step_rad: float = tuned(1e-6, "rad", "of the difference for angles and ratios")
-    step_s: float = tuned(1e-8, "s", "of the difference for the delay")
-    step_per_s: float = tuned(1e-4, "1/s", "of the difference for dampings")
-    step_m: float = tuned(1e-9, "m", "of the difference for a displacement")
-    step_speed_rad_per_s: float = tuned(1e-3, "rad/s", "of the difference for the speed at the start")
-    step_friction_rad_per_s2: float = tuned(1e-2, "rad/s^2", "of the difference for T_f/I")
+    step_f_nat_hz: float = tuned(3e-7, "Hz", "of the difference for f_nat")
+    step_m_r_am2: float = tuned(1e-8, "A m^2", "of the difference for m_r")
+    step_rad: float = tuned(3e-8, "rad", "of the difference for angles and ratios")
+    step_s: float = tuned(1e-9, "s", "of the difference for the delay")
+    step_per_s: float = tuned(1e-6, "1/s", "of the difference for dampings")
+    step_m: float = tuned(1e-10, "m", "of the difference for a displacement")
+    step_speed_rad_per_s: float = tuned(1e-4, "rad/s", "of the difference for the speed at the start")
+    step_friction_rad_per_s2: float = tuned(1e-3, "rad/s^2", "of the difference for T_f/I")
     drive_size_sd: float = tuned(0.03, "1", "of the field over the commanded one: transmit calibration and coils")
     drive_delay_sd_s: float = tuned(1e-4, "s", "of the samples against the drive: filters and gates")
     drive_lag_s: float = tuned(
@@ -100,6 +100,6 @@ class RigidRotorThresholds:
     damping_falls: float = tuned(0.03, "1", "factor of the damping after a good step: trials cost little")
     most_damping: float = tuned(1e8, "1", "at which a window that grows ends")
     found_chi2: float = tuned(
-        1e-2, "1", "the same in the last window: a tenth of a standard error, where 1 left tilts one error low", START
+        3e-2, "1", "the same in the last window: a sixth of a standard error, where 1 left tilts one error low", START
     )
     settled_chi2: float = tuned(1.0, "1", "predicted fall of chi^2 at which a window ends")

@@ -46,7 +46,9 @@ def shot_with(defects, seed=1):
         lateral_displacement_m=0.0,
     )
     samples = rotor.dm_dt(SAMPLES, RATE_HZ)[0] + noise
-    return RotorShot(samples=samples, rate_hz=RATE_HZ, sd=SD, geometry=rotor.geometry, drive=DRIVE, values=start)
+    return RotorShot(
+        samples=samples, rate_hz=RATE_HZ, sd=SD, geometry=rotor.geometry, drive=DRIVE, values=start, declared=v.rotation
+    )
 
 
 @pytest.fixture(scope="module")

@@ -37,7 +37,10 @@ def tilted(seed, **values):
     rotor = true_rotor(specimen, DRIVE, **values)
     noise = np.random.default_rng(seed).normal(size=(3, SAMPLES)) * SD[:, None]
     samples = rotor.dm_dt(SAMPLES, RATE_HZ)[0] + noise
-    shot = RotorShot(samples=samples, rate_hz=RATE_HZ, sd=SD, geometry=rotor.geometry, drive=DRIVE, values=rotor.values)
+    shot = RotorShot(
+        samples=samples, rate_hz=RATE_HZ, sd=SD, geometry=rotor.geometry, drive=DRIVE, values=rotor.values,
+        declared=rotor.values.rotation,
+    )  # fmt: skip
     return shot, rotor.values
 
 
