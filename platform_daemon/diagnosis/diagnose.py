@@ -191,7 +191,11 @@ def _diagnose(
     gaps = merged([*gaps, *late])
     progress("prediction of held-out data", 0.8)
     searched = _validated(found, gaps, pool)
-    if plane is not None and not plane.may_leave and may_be_a_rotor(searched.found.base, searched.verdict):
+    if (
+        plane is not None
+        and not plane.may_leave
+        and may_be_a_rotor(searched.found.base, searched.verdict, searched.named)
+    ):
         base = searched.found.base
         beside = manufacturing_error(base, pool)
         if beside is not None and leaves_less(beside, searched.final, searched.verdict):

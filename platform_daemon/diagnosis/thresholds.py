@@ -16,6 +16,7 @@ The brackets say what set a number:
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 
@@ -350,7 +351,16 @@ class RigidBody:
     moment_rounds: int = 3  # in which m_r is found by the drive, each much better than the one before [unset]
     # 1/s, lambda at the start, least and most: that of one angle takes what goes to side modes and slip [unset]
     damping_per_s: tuple[float, float] = (0.05, 0.1)
-    jewel_softening: float = 4.0  # fall of a jewel's main mode over f_nat and the square of the stator's tilt [physics]
+    jewel_tilt_ratio: float = 2.0  # a jewel's tilt over the stator's that acts alike, nearly [physics]
+    # Fall of a jewel's main mode over f_nat and the square of the error, 1/rad^2 or 1/m^2; of the paper's jewel, which
+    # others differ from by what the fit finds [physics]
+    jewel_softening: Mapping[str, float] = field(
+        default_factory=lambda: {
+            "stator_tilt_rad": 4.0,
+            "bearing_tilt_rad": 0.54,
+            "lateral_displacement_m": 1.5e5,
+        }
+    )
     side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]
     # m/s of slip below which a jewel's contact creeps, held: free, it trades with the losses [physics]
     creep_m_per_s: float = 2e-3
@@ -360,11 +370,10 @@ class RigidBody:
     # of the swing at its start: below, where a jewel's contact sticks and slips, a rotor tells nothing more [unset]
     kept_swing: float = 0.03
     swing_periods: float = 10.0  # periods of a stretch in which the swing's size is read [unset]
+    exchange_window_s: float = 0.4  # s in which an error takes the place of another one [unset]
+    exchange_parts: int = 4  # in which it does so [unset]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
-    # chi2/dof of one angle above 1 from which an error is sought in the plane: so well is the noise known [unset]
-    excess: float = 0.005
-    excess_sigma: float = 5.0  # the same, in standard deviations of chi2/dof [noise: 3e-7]
     equal_chi2: float = 1.0  # difference of chi^2 by which an error is not preferred to a simpler one [noise: 0.3]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 
@@ -73,18 +72,17 @@ def leaves_noise(rotor: ManufacturingError) -> bool:
     return rotor.fit.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
 
 
-def may_be_a_rotor(base: JointFit, verdict: DiagnosisVerdict) -> bool:
+def may_be_a_rotor(base: JointFit, verdict: DiagnosisVerdict, named: Sequence[AcceptedEffect]) -> bool:
     """Whether a manufacturing error is tried although the motion stays in its plane as far as the noise shows.
 
     A jewel's rotor rolls, and what leaves the plane drowns in the noise; the main mode and its losses show the error
-    all the same, and effects of one angle can imitate it.
+    all the same, and torques on one angle can imitate it.
     """
-    excess = base.chi2_per_dof - 1.0
-    limit = max(_RIGID.excess, _RIGID.excess_sigma * math.sqrt(2.0 / base.dof))
     known = [s.shot.rotor for s in base.prepared]
-    if excess < limit or any(k is None for k in known):
+    if verdict == "nothing_missing" or any(k is None for k in known):
         return False
-    return verdict != "explained" or any(k is not None and k.geometry.bearing == "jewel" for k in known)
+    jewel = any(k is not None and k.geometry.bearing == "jewel" for k in known)
+    return verdict != "explained" or (jewel and any(n.candidate.term is not None for n in named))
 
 
 def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVerdict) -> bool:

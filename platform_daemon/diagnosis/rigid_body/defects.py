@@ -14,21 +14,26 @@ from platform_daemon.diagnosis.effects.effect import Effect
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.parameters import Mean
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
-from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
 from platform_daemon.estimation.rotor_fit.fit import (
     RotorFit,
     RotorFitError,
-    Stage,
     fit_rotor,
     longest_s,
 )
-from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, HELD_WITH_A_DEFECT, Defect, free_parameters
+from platform_daemon.estimation.rotor_fit.parameters import (
+    DEFECTS,
+    HELD_WITH_A_DEFECT,
+    KNOWN_WITH_A_DEFECT,
+    Defect,
+    free_parameters,
+)
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 
-from .search import defect_of, ranked, rise, total_chi2, with_rivals
+from .held_out import HeldOutRotor, held_out_ends
+from .rotor_shots import rotor_shots
+from .search import defect_of, ranked, rise, total_chi2
 
 _LIMITS = THRESHOLDS.rigid_body
 _ROTOR_SOURCE = "manufacturing (paper, sec. ssec:types_of_manufacturing_errors)"
@@ -58,27 +63,6 @@ def effect_of(defect: Defect, bearing: str) -> Effect:
     if defect == "lateral_displacement_m":
         return LATERAL_DISPLACEMENT
     return JEWEL_TILT if bearing == "jewel" else ROTOR_TILT
-
-
-@dataclass(frozen=True, kw_only=True)
-class HeldOutRotor:
-    """Of each shot: chi^2 of the part that was predicted, its degrees of freedom, squares of the residual and of the
-    data there."""
-
-    chi2: tuple[float, ...]
-    dof: tuple[float, ...]
-    squares: tuple[float, ...]
-    energy: tuple[float, ...]
-
-    @property
-    def chi2_per_dof(self) -> float:
-        """Of all shots."""
-        return sum(self.chi2) / sum(self.dof)
-
-    @property
-    def nrmse(self) -> float:
-        """Rms of the error over that of the data."""
-        return math.sqrt(sum(self.squares) / sum(self.energy))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,9 +101,9 @@ class ManufacturingError:
 
     @property
     def held(self) -> dict[str, float]:
-        """What is common to all shots beside the error and lambda, by name, SI: later fits hold it."""
+        """What later fits hold beside the error, or begin with, by name, SI."""
         values = self.fit.values[0]
-        return {name: getattr(values, name) for name in HELD_WITH_A_DEFECT}
+        return {name: getattr(values, name) for name in KNOWN_WITH_A_DEFECT}
 
     @property
     def covariance(self) -> tuple[tuple[str, ...], Array]:
@@ -156,7 +140,7 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
     the error that explains the first one best and with those that it could not tell from that.  The least chi^2 has the
     name; where others are as near to it as noise alone would set them apart, the first in `DEFECTS`, the simplest.
     """
-    shots = _rotor_shots(base)
+    shots = rotor_shots(base)
     if not shots:
         return None
     try:
@@ -164,18 +148,16 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         fits = _each(shots, of_first[0], pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
-            kinds = dict.fromkeys(defect_of(f) for f in of_first if f.defect != of_first[0].defect)
-            together += with_rivals(together[0], list(kinds), pool)
-            for mirrored in [f for f in of_first[1:] if f.defect == of_first[0].defect]:
+            for rival in of_first[1:]:
                 with suppress(RotorFitError):
-                    together.append(_together(_each(shots, mirrored, pool), pool))
+                    together.append(_instead(together[0], of_first[0], rival, pool))
         else:
             together = of_first
         alike = _as_good(together)
         best = _named(alike)
         if best.defect != of_first[0].defect:
             fits = _each(shots, next(f for f in of_first if f.defect == best.defect), pool)
-        held_out = _held_out(fits)
+        held_out = held_out_ends(fits, pool)
     except RotorFitError:
         return None
     strength, std = best.strength
@@ -195,59 +177,6 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         before_chi2=base.chi2,
         parameters=_means(best, others),
     )
-
-
-def _rotor_shots(base: JointFit) -> list[RotorShot]:
-    """Shots with start values from one angle; none if a shot's drive or geometry is not known."""
-    shots = []
-    for prepared, state in zip(base.prepared, base.states, strict=True):
-        known, observed, shot = prepared.shot.rotor, state.observation, prepared.shot
-        if known is None or not isinstance(observed, DipoleObservation):
-            return []
-        coefficients = dict(
-            zip((c.name for c in base.hypothesis.model.coefficients), state.dynamics.values, strict=True)
-        )
-        record, jewel = shot.record, known.geometry.bearing == "jewel"
-        loss = coefficients.get("lambda_per_s", 0.0)
-        f_nat_hz, m_r_am2 = state.dynamics.w / (2.0 * math.pi), abs(observed.m_r)
-        values = RotorValues(
-            f_nat_hz=f_nat_hz,
-            m_r_am2=m_r_am2,
-            distance_m=known.geometry.distance_m(f_nat_hz, m_r_am2),
-            lambda_per_s=float(np.clip(loss, *_LIMITS.damping_per_s)),
-            rotation=known.facing(observed.rotation),
-            tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0),
-            friction_coefficient=known.geometry.friction_coefficient,
-            side_damping_per_s=_LIMITS.side_damping_per_s,
-            creep_m_per_s=_LIMITS.creep_m_per_s if jewel else 0.0,
-        )
-        late_s = record.valid_from / record.sampling_rate_hz
-        shots.append(
-            RotorShot(
-                samples=_swinging(record.valid, record.sampling_rate_hz, f_nat_hz),
-                rate_hz=record.sampling_rate_hz,
-                sd=shot.noise.sd,
-                geometry=known.geometry,
-                drive=replace(known.drive, rx_start_s=known.drive.rx_start_s + late_s),
-                values=values,
-                declared=known.rotation,
-                moving=known.moving,
-            )
-        )
-    return shots
-
-
-def _swinging(samples: Array, rate_hz: float, frequency_hz: float) -> Array:
-    """The samples until the swing has become small."""
-    stretch = max(1, round(_LIMITS.swing_periods * rate_hz / frequency_hz))
-    count = samples.shape[1] // stretch
-    if count < 2:
-        return samples
-    turns = np.exp(-2.0j * np.pi * frequency_hz / rate_hz * np.arange(count * stretch)).reshape(count, stretch)
-    parts = samples[:, : count * stretch].reshape(-1, count, stretch)
-    sizes = np.linalg.norm((parts * turns).mean(axis=2), axis=0)
-    large = np.flatnonzero(sizes > _LIMITS.kept_swing * sizes.max())
-    return samples if large[-1] == count - 1 else samples[:, : (large[-1] + 1) * stretch]
 
 
 def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) -> RotorFit:
@@ -299,35 +228,37 @@ def _together(fits: Sequence[RotorFit], pool: Executor) -> RotorFit:
     return fit_rotor(start, fits[0].defect, pool, first_window_s=longest_s(start))
 
 
-def _held_out(fits: Sequence[RotorFit]) -> HeldOutRotor:
-    """The end of each shot, predicted from its beginning: at most 70 % of the first shot, 30 % of the others, whose
-    common values are those of the first."""
-    rows = []
-    for k, fit in enumerate(fits):
-        shot = fit.shots[0]
-        share = THRESHOLDS.regression.own_share if k else THRESHOLDS.regression.split_share
-        whole = shot.samples.shape[1] / shot.rate_hz
-        own = Stage(fit.window_s, fit.values, total_chi2(fit))
-        early = [s for s in fit.stages if s.window_s <= share * whole]
-        stage = (early or list(fit.stages) or [own])[-1]
-        window_s, values = stage.window_s, stage.values[0]
-        n = shot.count(window_s)
-        try:
-            model, _ = shot.rotor(values).dm_dt(shot.samples.shape[1], shot.rate_hz)
-        except (NoRestError, LostRotorError):
-            model = np.zeros_like(shot.samples)
-        left, data = (shot.samples - model)[:, n:], shot.samples[:, n:]
-        left = left - left.mean(axis=1, keepdims=True)
-        rows.append(
-            (
-                float(np.sum((left / shot.sd[:, None]) ** 2)),
-                float(left.size),
-                float(np.sum(left**2)),
-                float(np.sum(data**2)),
-            )
+def _instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: Executor) -> RotorFit:
+    """All shots with another error, which begin as far from the joint fit as the first shot's two fits are apart.
+
+    Raises RotorFitError.
+    """
+    one, other = first.values[0], rival.values[0]
+    turn = first.shots[0].rotor(one).rotation.T @ rival.shots[0].rotor(other).rotation
+    begun = []
+    for shot, v in zip(joint.shots, joint.values, strict=True):
+        values = replace(
+            other,
+            f_nat_hz=v.f_nat_hz + other.f_nat_hz - one.f_nat_hz,
+            m_r_am2=v.m_r_am2 * other.m_r_am2 / one.m_r_am2,
+            rotation=shot.rotor(v).rotation @ turn,
+            turn_u_rad=0.0,
+            turn_v_rad=0.0,
+            turn_w_rad=0.0,
+            drive_size=v.drive_size * other.drive_size / one.drive_size,
+            drive_delay_s=v.drive_delay_s + other.drive_delay_s - one.drive_delay_s,
+            start_angle_rad=v.start_angle_rad,
+            start_speed_rad_per_s=v.start_speed_rad_per_s,
         )
-    chi2, dof, squares, energy = zip(*rows, strict=True)
-    return HeldOutRotor(chi2=chi2, dof=dof, squares=squares, energy=energy)
+        if one.tf_over_i_rad_per_s2 > 0.0:
+            ratio = v.tf_over_i_rad_per_s2 / one.tf_over_i_rad_per_s2
+            values = replace(
+                values,
+                tf_over_i_rad_per_s2=other.tf_over_i_rad_per_s2 * ratio,
+                friction_coefficient=v.friction_coefficient * other.friction_coefficient / one.friction_coefficient,
+            )
+        begun.append(replace(shot, values=values))
+    return fit_rotor(begun, rival.defect, pool, first_window_s=longest_s(begun))
 
 
 def _means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:

@@ -49,16 +49,18 @@ class _Contestant:
 
 
 def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]]:
-    """Fits of the first tenth of a second with each kind of error, and what was known beforehand of each.
+    """Fits of the first tenth of a second with kinds of error, and what was known beforehand of each.
 
-    Both signs are tried where it tells none, and two orientations where that of one angle is not near the declared one:
-    with a large error one angle takes the part along the main axis for an orientation.  Raises RotorFitError.
+    A thread's errors act differently when they are large; those of a jewel act alike in so short a time.  Both signs
+    are tried, and two orientations where that of one angle is not near the declared one: with a large error one angle
+    takes the part along the main axis for an orientation.  Raises RotorFitError.
     """
+    kinds = DEFECTS if shot.geometry.bearing == "thread" else DEFECTS[:1]
     part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.sign_window_s)])
     held = _held(shot, _LIMITS.sign_window_s)
     found = []
     for known in _starts(part):
-        for defect in DEFECTS:
+        for defect in kinds:
             for sign in (1.0, -1.0):
                 begun = [replace(part, values=_with_error(part, known, defect, sign))]
                 with suppress(RotorFitError):
@@ -95,10 +97,13 @@ def _with_moment(shot: RotorShot, values: RotorValues, m_r_am2: float) -> RotorV
 
 
 def _with_error(shot: RotorShot, values: RotorValues, defect: Defect, sign: float) -> RotorValues:
-    """Start values with an error; of a jewel with a tilted stator f_nat is above the main mode by its square."""
+    """Start values with an error; of a jewel f_nat is above the main mode by the square of the error."""
     size = _LIMITS.start_m if defect == "lateral_displacement_m" else _LIMITS.start_rad
-    softer = defect == "stator_tilt_rad" and shot.geometry.bearing == "jewel"
-    above = 1.0 + (_LIMITS.jewel_softening * size**2 if softer else 0.0)
+    if shot.geometry.bearing == "thread":
+        return values.with_numbers({defect: sign * size})
+    if defect == "bearing_tilt_rad":
+        size *= _LIMITS.jewel_tilt_ratio
+    above = 1.0 + _LIMITS.jewel_softening[defect] * size**2
     return values.with_numbers({defect: sign * size, "f_nat_hz": above * values.f_nat_hz})
 
 
@@ -148,25 +153,31 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     best: dict[tuple[Defect, bool], RotorFit] = {}
     for c in field:
         best.setdefault((c.defect, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
-    # A kind that went astray in a window begins once more, from the one that explains the whole shot.
+    # A kind that has not begun or went astray in a window begins from the one that explains the whole shot.
     leader = next(iter(best.values()))
-    missing = [d for d in DEFECTS if d not in {d for d, _ in best}]
-    late = with_rivals(leader, missing, pool, 2.0 * _LIMITS.sign_window_s)
+    late = []
+    for missing in [d for d in DEFECTS if d not in {d for d, _ in best}]:
+        with suppress(RotorFitError):
+            again = replace(shot, values=_instead(leader, missing, field[0].known, pool))
+            late.append(fit_rotor([again], missing, pool, first_window_s=_LIMITS.exchange_window_s, beside=leader))
     near = [f for f in late if rise(f, leader) < FIT_LIMITS.rigid_rotor.rival_chi2]
     return sorted([*best.values(), *near], key=total_chi2)
 
 
-def with_rivals(
-    found: RotorFit, rivals: Sequence[Defect], pool: Executor, first_window_s: float = math.inf
-) -> list[RotorFit]:
-    """The same shots with other defects, as far as there are such rotors and a window does not tell against them."""
-    fits = []
-    for rival in rivals:
-        with suppress(RotorFitError):
-            values = exchanged(found, rival, pool)
-            begun = [replace(s, values=v) for s, v in zip(found.shots, values, strict=True)]
-            fits.append(fit_rotor(begun, rival, pool, first_window_s=first_window_s, beside=found))
-    return fits
+def _instead(found: RotorFit, rival: Defect, known: RotorValues, pool: Executor) -> RotorValues:
+    """Values with another error, which grows in a short window while the one that was found falls in parts.
+
+    At once it would be far off: f_nat goes with the square of each.  Raises RotorFitError.
+    """
+    shot, gone = found.shots[0], defect_of(found)
+    part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.exchange_window_s)], values=found.values[0])
+    by = found.strength[0] / _LIMITS.exchange_parts
+    fit = fit_rotor([part], gone, pool, first_window_s=math.inf, whole=False, known=[known])
+    for _ in range(_LIMITS.exchange_parts):
+        (values,) = exchanged(fit, rival, pool, gone=gone, by=min(by, getattr(fit.values[0], gone), key=abs))
+        begun = replace(part, values=values)
+        fit = fit_rotor([begun], rival, pool, first_window_s=math.inf, whole=False, known=[known])
+    return fit.values[0].with_numbers({gone: 0.0})
 
 
 def rise(fit: RotorFit, best: RotorFit) -> float:

@@ -12,8 +12,10 @@ from platform_daemon.estimation.thresholds import THRESHOLDS
 LIMITS = THRESHOLDS.rigid_rotor
 Defect = Literal["stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m"]
 DEFECTS: tuple[Defect, ...] = ("stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m")
-HELD_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "friction_coefficient", "creep_m_per_s")
+HELD_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "creep_m_per_s")
 """What belongs to a specimen as its defect does: fits with an adopted defect hold both."""
+KNOWN_WITH_A_DEFECT = (*HELD_WITH_A_DEFECT, "friction_coefficient")
+"""With what differs from shot to shot, where fits with an adopted defect begin."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,9 +72,6 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, movin
         common.append(FreeParameter(name=defect, step=step, common=True))
     if geometry.bearing == "jewel":
         own.append(FreeParameter(name="tf_over_i_rad_per_s2", step=LIMITS.step_friction_rad_per_s2))
-        common += [
-            FreeParameter(
-                name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd, common=True
-            ),
-        ]
+        # Friction differs from shot to shot by its contact or by its coefficient: neither is common to all.
+        own.append(FreeParameter(name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd))
     return (*own, *common)
