@@ -27,10 +27,9 @@ from platform_daemon.estimation.rotor_fit.parameters import (
     HELD_WITH_A_DEFECT,
     KNOWN_WITH_A_DEFECT,
     Defect,
-    free_parameters,
 )
-from platform_daemon.estimation.rotor_fit.shot import RotorShot
 
+from .each_shot import each_alone
 from .held_out import HeldOutRotor, held_out_ends
 from .rotor_shots import rotor_shots
 from .search import defect_of, ranked, rise, total_chi2
@@ -145,7 +144,7 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         return None
     try:
         of_first = ranked(shots[0], pool)
-        fits = _each(shots, of_first[0], pool)
+        fits = each_alone(shots, of_first[0], pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
             for rival in of_first[1:]:
@@ -155,8 +154,6 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
             together = of_first
         alike = _as_good(together)
         best = _named(alike)
-        if best.defect != of_first[0].defect:
-            fits = _each(shots, next(f for f in of_first if f.defect == best.defect), pool)
         held_out = held_out_ends(fits, pool)
     except RotorFitError:
         return None
@@ -179,23 +176,6 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
     )
 
 
-def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) -> RotorFit:
-    """A shot with what another one found in common, held; its own values start as far from one angle's as there."""
-    there, v = found.values[0], shot.values
-    values = replace(
-        there,
-        f_nat_hz=v.f_nat_hz + there.f_nat_hz - other.values.f_nat_hz,
-        m_r_am2=v.m_r_am2 * there.m_r_am2 / other.values.m_r_am2,
-        rotation=v.rotation,
-        tf_over_i_rad_per_s2=there.tf_over_i_rad_per_s2,
-    )
-    if other.values.tf_over_i_rad_per_s2 > 0.0 and v.tf_over_i_rad_per_s2 > 0.0:
-        ratio = there.tf_over_i_rad_per_s2 / other.values.tf_over_i_rad_per_s2
-        values = replace(values, tf_over_i_rad_per_s2=v.tf_over_i_rad_per_s2 * ratio)
-    common = [p.name for p in free_parameters(shot.geometry, [defect_of(found)], moving=shot.moving) if p.common]
-    return fit_rotor([replace(shot, values=values)], found.defect, pool, held=common)
-
-
 def _like_it(fit: RotorFit, best: RotorFit) -> Alike:
     strength, std = fit.strength
     effect = effect_of(defect_of(fit), fit.shots[0].geometry.bearing)
@@ -213,11 +193,6 @@ def _as_good(fits: Sequence[RotorFit]) -> list[RotorFit]:
     """Those whose chi^2 the data cannot tell from the least."""
     least = min(fits, key=total_chi2)
     return [f for f in fits if rise(f, least) < THRESHOLDS.selection.told_apart_chi2]
-
-
-def _each(shots: Sequence[RotorShot], first: RotorFit, pool: Executor) -> list[RotorFit]:
-    """Fits of each shot alone, that of the first one given.  Raises RotorFitError."""
-    return [first, *(_like(shot, shots[0], first, pool) for shot in shots[1:])]
 
 
 def _together(fits: Sequence[RotorFit], pool: Executor) -> RotorFit:
