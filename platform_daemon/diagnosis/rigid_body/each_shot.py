@@ -51,8 +51,9 @@ def _like(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Exe
 
 
 def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit]) -> Iterator[RotorValues]:
-    """Start values: as far from one angle's as those of the first shot, or its orientation and moment; at rest, and in
-    the swing that the shot before ended with, whose phase nothing tells."""
+    """Start values: those of the first shot, with f_nat and friction as far apart as one angle has them; where it has
+    another orientation also with that; at rest, and in the swing in which the shot before ended, whose phase nothing
+    tells."""
     there, v = fits[0].values[0], shot.values
     as_first = replace(
         there,
