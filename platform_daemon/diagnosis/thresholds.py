@@ -16,7 +16,6 @@ The brackets say what set a number:
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 
@@ -347,20 +346,18 @@ class RigidBody:
     start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
     start_m: float = 1e-4  # displacement, likewise [unset]
     near_rad: float = 0.1  # between the orientation of one angle and the declared one, up to which they are one [unset]
-    moment_shares: tuple[float, ...] = (0.7, 0.85)  # m_r at which a fit starts over the stator's by the drawing [unset]
-    moment_rounds: int = 3  # in which m_r is found by the drive, each much better than the one before [unset]
+    # Of the grid where it is further: largest size of an error, sizes of each sign, f_nat above the main mode over the
+    # square of the size that a tilt would have, m_r over the stator's by the drawing, damping of side modes, 1/s [unset]
+    largest_rad: float = 0.055
+    largest_m: float = 3.5e-4
+    grid_sizes: int = 10
+    grid_softening: tuple[float, ...] = (0.0, 1.5, 3.0, 4.5)
+    grid_moments: tuple[float, ...] = (0.65, 0.7, 0.75, 0.8, 0.85, 0.9)
+    grid_side_damping_per_s: tuple[float, ...] = (5.0, 20.0)
+    grid_kept: int = 4  # points of each kind from which fits begin [unset]
     # 1/s, lambda at the start, least and most: that of one angle takes what goes to side modes and slip [unset]
     damping_per_s: tuple[float, float] = (0.05, 0.1)
-    jewel_tilt_ratio: float = 2.0  # a jewel's tilt over the stator's that acts alike, nearly [physics]
-    # Fall of a jewel's main mode over f_nat and the square of the error, 1/rad^2 or 1/m^2; of the paper's jewel, which
-    # others differ from by what the fit finds [physics]
-    jewel_softening: Mapping[str, float] = field(
-        default_factory=lambda: {
-            "stator_tilt_rad": 4.0,
-            "bearing_tilt_rad": 0.54,
-            "lateral_displacement_m": 1.5e5,
-        }
-    )
+    jewel_softening: float = 4.0  # fall of a jewel's main mode over f_nat and the square of the stator's tilt [physics]
     side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]
     # m/s of slip below which a jewel's contact creeps, held: free, it trades with the losses [physics]
     creep_m_per_s: float = 2e-3

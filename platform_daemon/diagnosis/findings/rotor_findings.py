@@ -93,7 +93,8 @@ def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVe
     for prepared, shot, values in zip(final.prepared, rotor.fit.shots, rotor.fit.values, strict=True):
         record = prepared.shot.record
         seen = np.array(record.samples)
-        seen[:, record.valid_from : record.end] -= shot.rotor(values).dm_dt(shot.samples.shape[1], shot.rate_hz)[0]
+        count = record.end - record.valid_from  # a rotor's shot ends where the swing has become small
+        seen[:, record.valid_from : record.end] -= shot.rotor(values).dm_dt(count, shot.rate_hz)[0]
         rest = prepared.at_instants(seen)
         left += float(np.sum(prepared.white(rest - rest.mean(axis=1, keepdims=True)) ** 2))
     worth = THRESHOLDS.selection.told_apart_chi2 if verdict == "explained" else 0.0

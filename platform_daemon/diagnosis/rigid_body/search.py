@@ -8,11 +8,8 @@ from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
-from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
-from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
+from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
 from platform_daemon.estimation.rotor_fit.fit import (
     RotorFit,
     RotorFitError,
@@ -25,6 +22,8 @@ from platform_daemon.estimation.rotor_fit.fit import (
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
+
+from .starts import starts_of
 
 _LIMITS = THRESHOLDS.rigid_body
 
@@ -51,60 +50,20 @@ class _Contestant:
 def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]]:
     """Fits of the first tenth of a second with kinds of error, and what was known beforehand of each.
 
-    A thread's errors act differently when they are large; those of a jewel act alike in so short a time.  Both signs
-    are tried, and two orientations where that of one angle is not near the declared one: with a large error one angle
-    takes the part along the main axis for an orientation.  Raises RotorFitError.
+    Raises RotorFitError.
     """
-    kinds = DEFECTS if shot.geometry.bearing == "thread" else DEFECTS[:1]
     part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.sign_window_s)])
     held = _held(shot, _LIMITS.sign_window_s)
     found = []
-    for known in _starts(part):
-        for defect in kinds:
-            for sign in (1.0, -1.0):
-                begun = [replace(part, values=_with_error(part, known, defect, sign))]
-                with suppress(RotorFitError):
-                    fit = fit_rotor(begun, defect, pool, first_window_s=math.inf, whole=False, held=held, known=[known])
-                    found.append((fit, known))
+    for start in starts_of(part, pool):
+        begun, known = [replace(part, values=start.values)], [start.known]
+        with suppress(RotorFitError):
+            fit = fit_rotor(begun, start.defect, pool, first_window_s=math.inf, whole=False, held=held, known=known)
+            found.append((fit, start.known))
     if not found:
         raise RotorFitError("a short window finds no rotor")
     best = min((fit for fit, _ in found), key=total_chi2)
     return [(fit, known) for fit, known in found if rise(fit, best) < FIT_LIMITS.rigid_rotor.rival_chi2]
-
-
-def _starts(shot: RotorShot) -> list[RotorValues]:
-    """Start values of one angle, and where its orientation is far from the declared one some with that.
-
-    One angle is then wrong about m_r as well.  By the drawing rotor and stator are the same magnet, of which real ones
-    fall short; the field's torque and what the swing induces go with m_r, so that the size of the swing tells it too.
-    """
-    values, declared = shot.values, shot.declared
-    if np.linalg.norm(rodrigues_from_rotation(values.rotation.T @ declared)) < _LIMITS.near_rad:
-        return [values]
-    moments = [share * shot.geometry.stator_moment_am2 for share in _LIMITS.moment_shares]
-    turned = _with_moment(shot, replace(values, rotation=declared), values.m_r_am2)
-    for _ in range(_LIMITS.moment_rounds):
-        try:
-            model, _ = shot.rotor(turned).dm_dt(shot.samples.shape[1], shot.rate_hz)
-        except (NoRestError, LostRotorError):
-            break
-        turned = _with_moment(shot, turned, turned.m_r_am2 * math.sqrt(np.std(shot.samples) / np.std(model)))
-    return [values, turned, *(_with_moment(shot, turned, m) for m in moments)]
-
-
-def _with_moment(shot: RotorShot, values: RotorValues, m_r_am2: float) -> RotorValues:
-    return replace(values, m_r_am2=m_r_am2, distance_m=shot.geometry.distance_m(values.f_nat_hz, m_r_am2))
-
-
-def _with_error(shot: RotorShot, values: RotorValues, defect: Defect, sign: float) -> RotorValues:
-    """Start values with an error; of a jewel f_nat is above the main mode by the square of the error."""
-    size = _LIMITS.start_m if defect == "lateral_displacement_m" else _LIMITS.start_rad
-    if shot.geometry.bearing == "thread":
-        return values.with_numbers({defect: sign * size})
-    if defect == "bearing_tilt_rad":
-        size *= _LIMITS.jewel_tilt_ratio
-    above = 1.0 + _LIMITS.jewel_softening[defect] * size**2
-    return values.with_numbers({defect: sign * size, "f_nat_hz": above * values.f_nat_hz})
 
 
 def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
