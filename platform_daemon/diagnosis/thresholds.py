@@ -347,7 +347,7 @@ class RigidBody:
     start_m: float = 1e-4  # displacement, likewise [unset]
     near_rad: float = 0.1  # between the orientation of one angle and the declared one, up to which they are one [unset]
     # Of the grid where it is further: largest size of an error, sizes of each sign, f_nat above the main mode over the
-    # square of the size that a tilt would have, m_r over the stator's by the drawing, damping of side modes, 1/s [unset]
+    # square of the size a tilt would have, m_r over the stator's by the drawing, damping of side modes, 1/s [unset]
     largest_rad: float = 0.055
     largest_m: float = 3.5e-4
     grid_sizes: int = 10
