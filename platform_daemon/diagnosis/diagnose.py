@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from platform_daemon.estimation.physics.models import RingDownModel
 
 from .effect_search import selected_effects
+from .effects.effect import Candidate
 from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, rejected_effects
 from .findings.ambiguity import ambiguity_of
 from .findings.missing_torque import MissingTorque, missing_torque
@@ -17,13 +18,24 @@ from .findings.moving_parameters import MovingParameter, moving_parameters
 from .findings.negligible_effects import NegligibleEffect, negligible_effects
 from .findings.next_measurements import Proposal, proposals
 from .findings.notes import notes, two_in_place_notes, undecided
-from .findings.rotor_findings import leaves_noise, plane_notes, rotor_effect, rotor_notes, rotor_scores, unsearched
+from .findings.rotor_findings import (
+    leaves_less,
+    leaves_noise,
+    may_be_a_rotor,
+    plane_notes,
+    rotor_effect,
+    rotor_notes,
+    rotor_scores,
+    unsearched,
+)
+from .findings.rotor_parting import parting
 from .findings.side_modes import with_side_modes
 from .findings.verdict import assess_diagnosis
 from .regression.cross_validation import CrossValidation, cross_validate
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .regression.parameters import Mean, means, widened, window_disagreement
+from .regression.score_test import ScoreTable
 from .report_schema import DiagnosisVerdict
 from .rigid_body.defects import ManufacturingError, manufacturing_error
 from .rigid_body.plane_test import PlaneTest, plane_test
@@ -32,9 +44,10 @@ from .selection.data_integrity import DataDefect, data_defects, merged
 from .selection.omnibus_test import omnibus_test
 from .selection.scales import fits_at_neighbouring_scales
 from .selection.stepwise import ProgressCallback, Selection
-from .shots.initial_fits import UnfittedShot, initial_fits
+from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
 from .shots.shot import DiagnosisShot, PreparedShot
 from .shots.thread_pool import shot_pool
+from .thresholds import THRESHOLDS
 from .validation.further_shots import further_shots
 from .validation.validated_effects import validate_effects
 
@@ -155,77 +168,159 @@ def _diagnose(
     progress("checks of the data", 0.0)
     prepared, refused, flawed, gaps = _prepared(shots, model, pool)
     progress("fit of the declared model", 0.1)
-    plane = plane_test(prepared)
-    if plane is not None and plane.leaves and (solved := _rotor(prepared, model, pool)) is not None:
+    swings, hopeless = with_beginnings(prepared, refused, model)
+    names = [s.name for s in shots]
+    swings.sort(key=lambda s: names.index(s.shot.name))
+    plane = plane_test(swings) if swings else None
+    if plane is not None and plane.may_leave and (solved := _rotor(swings, model, plane, pool)) is not None:
         declared, rotor = solved
-        told = (*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor))
-        explained = replace(_of_rotor(declared, plane, rotor, pool), shots=tuple(shots), refused=tuple(refused))
-        seconds = time.perf_counter() - began_s
-        return replace(explained, integrity=(*defects, *flawed, *gaps), notes=told, seconds=seconds)
+        return replace(
+            _of_rotor(declared, plane, rotor, pool),
+            shots=tuple(shots),
+            refused=tuple(hopeless),
+            integrity=(*defects, *flawed, *gaps),
+            notes=(*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor)),
+            seconds=time.perf_counter() - began_s,
+        )
+    if not prepared:
+        why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
+        raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
+    if len(swings) > len(prepared):
+        plane = plane_test(prepared)
     found, late = selected_effects(prepared, model, gaps, progress, pool)
     gaps = merged([*gaps, *late])
     progress("prediction of held-out data", 0.8)
+    searched = _validated(found, gaps, pool)
+    if (
+        plane is not None
+        and not plane.may_leave
+        and may_be_a_rotor(searched.found.base, searched.verdict, searched.named)
+    ):
+        base = searched.found.base
+        beside = manufacturing_error(base, pool)
+        if beside is not None and leaves_less(beside, searched.final, searched.verdict):
+            return replace(
+                _of_rotor(base, plane, beside, pool),
+                shots=tuple(shots),
+                refused=tuple(refused),
+                integrity=(*defects, *flawed, *gaps),
+                notes=(*remarks, *test(base), *rotor_notes(beside)),
+                seconds=time.perf_counter() - began_s,
+            )
+    progress("parameters before and after", 0.9)
+    of_effects = _of_effects(searched, prepared[0], model, gaps, refused, pool)
+    return replace(
+        of_effects,
+        shots=tuple(shots),
+        refused=tuple(refused),
+        integrity=(*defects, *flawed, *gaps),
+        notes=(*remarks, *test(searched.final), *plane_notes(plane, shots), *of_effects.notes),
+        seconds=time.perf_counter() - began_s,
+        plane=plane,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Searched:
+    """The search and its final fit after validation, with the scores, the names and what is doubted."""
+
+    found: Selection
+    table: ScoreTable
+    final: JointFit
+    before: CrossValidation
+    after: CrossValidation
+    dropped: tuple[Candidate, ...]
+    named: tuple[AcceptedEffect, ...]
+    verdict: DiagnosisVerdict
+    doubts: tuple[str, ...]
+
+
+def _validated(found: Selection, gaps: Sequence[DataDefect], pool: Executor) -> _Searched:
     table, before, after, dropped, replaced = validate_effects(found, pool)
     final = table.joint_fit
     if final is not found.best:
         found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, table, after, replaced, pool) if final.hypothesis.effects else ()
     verdict, doubts = assess_diagnosis(found, final, named, gaps, after)
-    tentative, why_not = _not_accepted(found, final, named, doubts) if verdict == "unexplained" else ((), "")
+    return _Searched(
+        found=found,
+        table=table,
+        final=final,
+        before=before,
+        after=after,
+        dropped=dropped,
+        named=named,
+        verdict=verdict,
+        doubts=doubts,
+    )
+
+
+def _of_effects(
+    searched: _Searched,
+    first: PreparedShot,
+    model: RingDownModel,
+    gaps: Sequence[DataDefect],
+    refused: Sequence[UnfittedShot],
+    pool: Executor,
+) -> Diagnosis:
+    """The diagnosis by effects on one angle, without shots, defects of the data, time, and notes on further shots."""
+    found, final, verdict, named = searched.found, searched.final, searched.verdict, searched.named
+    tentative, why_not = _not_accepted(found, final, named, searched.doubts) if verdict == "unexplained" else ((), "")
     if verdict == "unexplained":
         named = ()
-    progress("parameters before and after", 0.9)
     rest = found.omnibus_test
     torque = missing_torque(final, rest) if verdict in ("unexplained", "partly_explained") else None
-    excess = rest.excess if torque is not None else 0.0
-    doubtful = [ambiguity_of(n, final, pool) for n in named if n.confounders]
     exact, alike = means(final), [r.candidate for n in named for r in n.confounders]
-    small = negligible_effects(table, dropped, found.trials, pool) if verdict == "explained" else []
+    small = negligible_effects(searched.table, searched.dropped, found.trials, pool) if verdict == "explained" else []
     spanned = widened(exact, _other_explanations(final, named, small, pool))
-    spanned, side_modes = with_side_modes(spanned, prepared[0], model)
+    spanned, side_modes = with_side_modes(spanned, first, model)
     return Diagnosis(
-        shots=tuple(shots),
-        refused=tuple(refused),
+        shots=(),
+        refused=(),
         model=model,
         verdict=verdict,
         named=(*named, *gap_effects(gaps)),
         tentative=tentative,
         why_not=why_not,
-        integrity=(*defects, *flawed, *gaps),
+        integrity=(),
         found=found,
         final=final,
-        before=before,
-        after=after,
+        before=searched.before,
+        after=searched.after,
         parameters_before=means(found.base),
         parameters_after=spanned,
         sigma_before=window_disagreement(found.base, pool),
         sigma_after=window_disagreement(final, pool),
         torque=torque,
         moving=moving_parameters(found.base, pool),
-        next_measurements=tuple(proposals(doubtful, excess, dipole=shots[0].record.quantity != "angle")),
+        next_measurements=tuple(
+            proposals(
+                [ambiguity_of(n, final, pool) for n in named if n.confounders],
+                rest.excess if torque is not None else 0.0,
+                dipole=first.shot.record.quantity != "angle",
+            )
+        ),
         notes=(
-            *remarks,
-            *test(final),
-            *plane_notes(plane, shots),
-            *notes(found, final, alike, refused, dropped),
+            *notes(found, final, alike, refused, searched.dropped),
             *two_in_place_notes(named),
             *(one.note for one in small[:1]),
-            *doubts,
+            *searched.doubts,
             *undecided(exact, spanned),
             *side_modes,
         ),
-        seconds=time.perf_counter() - began_s,
-        plane=plane,
+        seconds=0.0,
     )
 
 
 def _rotor(
-    prepared: Sequence[PreparedShot], model: RingDownModel, pool: Executor
+    prepared: Sequence[PreparedShot], model: RingDownModel, plane: PlaneTest, pool: Executor
 ) -> tuple[JointFit, ManufacturingError] | None:
     """The declared model's fit, and the manufacturing error that explains what it cannot; None if none does."""
     if any(s.shot.rotor is None for s in prepared):
         return None
     declared = fit_jointly(prepared, Hypothesis(model), pool)
+    if not plane.leaves and declared.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
+        return None
     rotor = manufacturing_error(declared, pool)
     return None if rotor is None else (declared, rotor)
 
@@ -252,7 +347,7 @@ def _of_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool:
         sigma_after={},
         torque=None,
         moving=moving_parameters(base, pool),
-        next_measurements=(),
+        next_measurements=parting(rotor, pool),
         notes=(),
         seconds=0.0,
         plane=plane,
@@ -270,10 +365,7 @@ def _prepared(
     angle = shots[0].record.quantity == "angle"
     usable, gaps = filled_angles(usable, pool) if angle else (usable, [])
     prepared, refused = initial_fits(usable, model, pool)
-    if not prepared:
-        why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
-        raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
-    if not angle:
+    if prepared and not angle:
         prepared, gaps = filled_dipoles(prepared, model, pool)
     return prepared, refused, flawed, gaps
 

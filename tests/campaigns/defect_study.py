@@ -1,7 +1,8 @@
 """Drawn manufacturing errors of simulated rotors: are they named, and are their sizes and the constants true?
 
-Each case is measured and diagnosed by the commands that a user types.  Perfect rotors of five degrees of freedom are
-among them, of which no error may be named.  python -m tests.campaigns.defect_study [--page FILE]
+Each shot goes through the whole simulated receive chain and is diagnosed as `platform-daemon diagnose` does, in this
+process.  Perfect rotors of five degrees of freedom are among them, of which no error may be named.
+python -m tests.campaigns.defect_study [--page FILE]
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import argparse
 import json
 import math
 import sys
-import tempfile
+import time
 import tomllib
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -19,9 +20,20 @@ from typing import Any
 
 import numpy as np
 
-from platform_daemon.core.recordings.truth import read_truth
-from tests.kit.command_line import run
+from drivers.specimen import Specimen
+from platform_daemon.diagnosis.diagnose import DiagnosisError, diagnose_shots
+from platform_daemon.diagnosis.report import diagnosis_report
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot
+from platform_daemon.estimation.noise.series import SeriesNoise
+from platform_daemon.estimation.physics.models import model_named
+from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
+from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
+from platform_daemon.estimation.rotor_fit.shot import RotorContext
+from platform_daemon.features.fit.rotor_context import rotor_geometry
+from sim_backend.study import play
 from tests.kit.data import CONFIG
+from tests.kit.simulated_bench import CLOCK, SWITCH, TX, Bench, timeline
+from tests.kit.undeclared_shots import calibrated_record
 
 KINDS = {
     "thread": ("stator_tilt", "rotor_tilt", "lateral_displacement"),
@@ -31,7 +43,8 @@ THRESHOLD_UT = {"thread": 270.0, "jewel": 610.0}  # fields from which side modes
 CONSTANTS = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
 SURE = 3.0  # standard errors within which a number counts as true
 NONE = "none"
-NO_FIT = 3  # exit code: no shot could be fitted
+PERIODS = 10  # of the drive
+GAIN = 40.0  # of the LNA, V/V
 
 
 @dataclass(frozen=True)
@@ -59,6 +72,7 @@ class Outcome:
     constants: dict[str, float]
     chi2: float | None
     seconds: float
+    """Of processor time."""
 
     @property
     def rotor_named(self) -> bool:
@@ -111,24 +125,40 @@ def resonator_text(case: Case) -> str:
     return "\n".join([*kept, *([] if case.kind == NONE else ["[defects]", f"{key} = {value}"]), ""])
 
 
+def shot_of(case: Case, rx_s: float) -> tuple[DiagnosisShot, dict[str, Any]]:
+    """A shot from rest as the diagnosis takes it, and its truth."""
+    specimen = Specimen.model_validate(tomllib.loads(resonator_text(case)))
+    bench = Bench(None, seed=case.seed)
+    program = timeline(bench.channels[0], 1e-6 * case.field_ut, rx=int(rx_s * CLOCK.rate_hz), periods=PERIODS)
+    (shot,) = play(bench.backend, specimen, program, shots=1, lna_gain=GAIN)
+    record, noise = calibrated_record(bench, shot.volts), SeriesNoise()
+    noise.learn(record)
+    known = RotorContext(
+        geometry=rotor_geometry(specimen),
+        drive=CoilDrive(
+            field_t=(1e-6 * case.field_ut, 0.0, 0.0),
+            frequency_hz=PERIODS * CLOCK.rate_hz / TX,
+            phase_rad=0.0,
+            duration_s=TX / CLOCK.rate_hz,
+            rx_start_s=(TX + SWITCH) / CLOCK.rate_hz,
+        ),
+        rotation=rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad)),
+        moving=False,
+    )
+    model, sensitivity = noise.for_shot(record).model, np.asarray(bench.calibration.sensitivity)
+    assert model is not None
+    return DiagnosisShot("shot", record, model, sensitivity, rotor=known), shot.truth
+
+
 def outcome(case: Case, rx_s: float) -> Outcome:
-    """Measure and diagnose.  Raises RuntimeError with what a command said that failed."""
-    with tempfile.TemporaryDirectory() as folder:
-        file, shot, report = (Path(folder) / name for name in ("drawn.toml", "shot.h5", "report.json"))
-        file.write_text(resonator_text(case), encoding="utf-8")
-        made = run(
-            "measure", "--resonator", file, "--field-ut", f"{case.field_ut:.1f}", "--rx-s", str(rx_s), "--shots", "1",
-            "--set", f"backends.simulated.seed={case.seed}", "--out", shot, timeout=1800,
-        )  # fmt: skip
-        if made.returncode not in (0, NO_FIT):
-            raise RuntimeError(made.stderr)
-        done = run("diagnose", shot, "--json", report, timeout=7200)
-        if done.returncode == NO_FIT:
-            return Outcome(case, "refused", (), (), None, {}, None, 0.0)
-        if done.returncode != 0:
-            raise RuntimeError(done.stderr)
-        (truth,) = read_truth(shot) or []
-        return judged(case, json.loads(report.read_text(encoding="utf-8")), truth["simulated"])
+    """Measure and diagnose."""
+    shot, truth = shot_of(case, rx_s)
+    began_s = time.process_time()
+    try:
+        found = diagnose_shots([shot], model_named(case.bearing))
+    except DiagnosisError:
+        return Outcome(case, "refused", (), (), None, {}, None, time.process_time() - began_s)
+    return judged(case, diagnosis_report(found, seconds=time.process_time() - began_s).model_dump(mode="json"), truth)
 
 
 def judged(case: Case, report: dict[str, Any], truth: dict[str, Any]) -> Outcome:
@@ -171,7 +201,7 @@ def document(outcomes: Sequence[Outcome], rx_s: float) -> str:
         [
             "# Drawn manufacturing errors of simulated rotors",
             "",
-            f"One shot of {rx_s:g} s each, measured and diagnosed by the commands; "
+            f"One shot of {rx_s:g} s each, made by the simulated platform and diagnosed; "
             f"`python -m {__spec__.name} {' '.join(sys.argv[1:])}`".rstrip()
             + " wrote this page.",
             "",
@@ -180,7 +210,7 @@ def document(outcomes: Sequence[Outcome], rx_s: float) -> str:
             f"{sum(o.rotor_named and o.numbers_right for o in faulty)} of {len(faulty)}.",
             f"* Perfect rotors without such a name: {sum(o.kind_right for o in perfect)} of {len(perfect)}.",
             "",
-            "Sizes and constants (f_nat, m_r, λ, T_f/I) are off by so many standard errors.",
+            "Sizes and constants (f_nat, m_r, λ, T_f/I) are off by so many standard errors; s: processor time.",
             "",
             "| bearing | error | field / µT | diagnosis | size | constants | held-out χ²/dof | s |",
             "|---|---|---|---|---|---|---|---|",

@@ -48,6 +48,7 @@ MEASUREMENTS = {
             what="repeat the series with half the excitation field",
             what_of_angles="repeat the series with half the amplitude",
         ),
+        Measurement(key="twice_the_field", what="repeat the series with twice the excitation field", dipole_only=True),
         Measurement(
             key="longer_window",
             what="repeat the series with twice the RX window",
@@ -64,6 +65,12 @@ MEASUREMENTS = {
         Measurement(
             key="turn_90_deg",
             what="turn the resonator by 90 degrees about z and repeat the series",
+            automatic=False,
+            dipole_only=True,
+        ),
+        Measurement(
+            key="on_its_side",
+            what="turn the resonator by 90 degrees about x, so that gravity pulls across its main axis, and repeat",
             automatic=False,
             dipole_only=True,
         ),

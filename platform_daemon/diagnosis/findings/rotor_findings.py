@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 
+import numpy as np
+
 from platform_daemon.diagnosis.effects.effect import Candidate
 from platform_daemon.diagnosis.regression.cross_validation import CrossValidation, HeldOutScore
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.score_test import score_table
+from platform_daemon.diagnosis.report_schema import DiagnosisVerdict
 from platform_daemon.diagnosis.rigid_body.defects import ManufacturingError
 from platform_daemon.diagnosis.rigid_body.plane_test import PlaneTest
 from platform_daemon.diagnosis.selection.confounders import Confounder
@@ -20,6 +23,8 @@ from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS
 
 from .accepted_effects import AcceptedEffect
+
+_RIGID = THRESHOLDS.rigid_body
 
 
 def unsearched(base: JointFit, pool: Executor) -> Selection:
@@ -53,7 +58,11 @@ def rotor_effect(rotor: ManufacturingError, held_out_gain: float) -> AcceptedEff
         std=rotor.std,
         log_p=log_chance(gain, 1, float(len(DEFECTS))),
         held_out_gain=held_out_gain,
-        confounders=tuple(Confounder(candidate=Candidate(a.effect), rise=a.rise, gain=gain) for a in rotor.alike),
+        confounders=tuple(
+            Confounder(candidate=Candidate(a.effect), rise=a.rise, gain=gain)
+            for a in rotor.alike
+            if a.effect is not rotor.effect
+        ),
         covariance=rotor.covariance,
     )
 
@@ -61,6 +70,35 @@ def rotor_effect(rotor: ManufacturingError, held_out_gain: float) -> AcceptedEff
 def leaves_noise(rotor: ManufacturingError) -> bool:
     """What the rotor leaves over is noise."""
     return rotor.fit.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
+
+
+def may_be_a_rotor(base: JointFit, verdict: DiagnosisVerdict, named: Sequence[AcceptedEffect]) -> bool:
+    """Whether a manufacturing error is tried although the motion stays in its plane as far as the noise shows.
+
+    A jewel's rotor rolls, and what leaves the plane drowns in the noise; the main mode and its losses show the error
+    all the same, and torques on one angle can imitate it.
+    """
+    known = [s.shot.rotor for s in base.prepared]
+    if verdict == "nothing_missing" or any(k is None for k in known):
+        return False
+    jewel = any(k is not None and k.geometry.bearing == "jewel" for k in known)
+    return verdict != "explained" or (jewel and any(n.candidate.term is not None for n in named))
+
+
+def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVerdict) -> bool:
+    """The rotor leaves only noise, and less than the effects of one angle, by the same instants and noise."""
+    if not leaves_noise(rotor):
+        return False
+    left = 0.0
+    for prepared, shot, values in zip(final.prepared, rotor.fit.shots, rotor.fit.values, strict=True):
+        record = prepared.shot.record
+        seen = np.array(record.samples)
+        count = record.end - record.valid_from  # a rotor's shot ends where the swing has become small
+        seen[:, record.valid_from : record.end] -= shot.rotor(values).dm_dt(count, shot.rate_hz)[0]
+        rest = prepared.at_instants(seen)
+        left += float(np.sum(prepared.white(rest - rest.mean(axis=1, keepdims=True)) ** 2))
+    worth = THRESHOLDS.selection.told_apart_chi2 if verdict == "explained" else 0.0
+    return left + worth < final.chi2
 
 
 def rotor_notes(rotor: ManufacturingError) -> tuple[str, ...]:

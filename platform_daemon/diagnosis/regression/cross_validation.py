@@ -29,6 +29,7 @@ from .joint_fit import JointFit
 from .linearised_shot import LinearisedShot, common_information, linearise_shot
 from .prediction import own_sizes, predicted, window_of
 
+_BOUNDLESS = 1.0 / np.finfo(float).eps  # of any parameter: beyond, the equations determine nothing
 _LIMITS = THRESHOLDS.regression
 
 
@@ -135,6 +136,8 @@ def _split_in_time(at: JointFit, k: int) -> HeldOutScore:
         linear = linearise_shot(prepared, hypothesis, state, strengths)
         both = np.concatenate([linear.base(), linear.columns], axis=1)[keep]
         step, fall = _solved(both, linear.residual[keep])
+        if not np.all(np.abs(step) < _BOUNDLESS):
+            raise LostTrajectoryError("the beginning of the shot does not determine the strengths")
         own = linear.free.size
         state, strengths = state.moved(step[:own]), strengths + step[own:]
         if fall < _LIMITS.settled_chi2:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,17 +14,27 @@ from platform_daemon.diagnosis.effects.effect import Effect
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.parameters import Mean
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
-from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
-from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, Stage, exchanged, fit_rotor, longest_s
-from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, HELD_WITH_A_DEFECT, Defect, free_parameters
-from platform_daemon.estimation.rotor_fit.shot import RotorShot
-from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
+from platform_daemon.estimation.rotor_fit.fit import (
+    RotorFit,
+    RotorFitError,
+    fit_rotor,
+    longest_s,
+)
+from platform_daemon.estimation.rotor_fit.parameters import (
+    DEFECTS,
+    HELD_WITH_A_DEFECT,
+    KNOWN_WITH_A_DEFECT,
+    Defect,
+)
+
+from .each_shot import each_alone
+from .held_out import HeldOutRotor, held_out_ends
+from .rotor_shots import rotor_shots
+from .search import defect_of, ranked, rise, total_chi2
 
 _LIMITS = THRESHOLDS.rigid_body
-_TILT: Defect = "stator_tilt_rad"  # the one that is searched; what acts alike is looked for beside it
 _ROTOR_SOURCE = "manufacturing (paper, sec. ssec:types_of_manufacturing_errors)"
 
 
@@ -54,34 +65,15 @@ def effect_of(defect: Defect, bearing: str) -> Effect:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HeldOutRotor:
-    """Of each shot: chi^2 of the part that was predicted, its degrees of freedom, squares of the residual and of the
-    data there."""
-
-    chi2: tuple[float, ...]
-    dof: tuple[float, ...]
-    squares: tuple[float, ...]
-    energy: tuple[float, ...]
-
-    @property
-    def chi2_per_dof(self) -> float:
-        """Of all shots."""
-        return sum(self.chi2) / sum(self.dof)
-
-    @property
-    def nrmse(self) -> float:
-        """Rms of the error over that of the data."""
-        return math.sqrt(sum(self.squares) / sum(self.energy))
-
-
-@dataclass(frozen=True, kw_only=True)
 class Alike:
-    """Another error that explains the shots as well: its size, in the effect's unit, and by how much chi^2 rises."""
+    """Another error that explains the shots as well: its size, in the effect's unit, by how much chi^2 is above that of
+    the named one, and its fit."""
 
     effect: Effect
     strength: float
     std: float
     rise: float
+    fit: RotorFit
 
     @property
     def in_words(self) -> str:
@@ -108,15 +100,15 @@ class ManufacturingError:
 
     @property
     def held(self) -> dict[str, float]:
-        """What is common to all shots beside the error and lambda, by name, SI: later fits hold it."""
+        """What later fits hold beside the error, or begin with, by name, SI."""
         values = self.fit.values[0]
-        return {name: getattr(values, name) for name in HELD_WITH_A_DEFECT}
+        return {name: getattr(values, name) for name in KNOWN_WITH_A_DEFECT}
 
     @property
     def covariance(self) -> tuple[tuple[str, ...], Array]:
         """Of the error and of what is held beside it, as far as it was estimated: names of the rows, (names, names)."""
         places = self.fit.places[0]
-        names = tuple(name for name in (_defect_of(self.fit), *HELD_WITH_A_DEFECT) if name in places)
+        names = tuple(name for name in (defect_of(self.fit), *HELD_WITH_A_DEFECT) if name in places)
         rows = [places[name] for name in names]
         return names, self.fit.covariance[np.ix_(rows, rows)]
 
@@ -142,27 +134,27 @@ def _with_error(value: float, std: float) -> str:
 def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | None:
     """The error that explains shots which leave their plane; None if none does, or if their drive is not known.
 
-    The first shot is fitted alone in windows that grow, with each error in turn; the others begin with what it found in
-    common, so that their ends are predicted from their beginnings; then all are fitted together, with the error that
-    explains it best and with those that it could not tell from that.  Of errors that explain the shots alike the first
-    one in `DEFECTS` has the name.
+    The first shot is fitted alone in windows that grow, with each error beside the others; the other shots begin with
+    what it found in common, so that their ends are predicted from their beginnings; then all are fitted together, with
+    the error that explains the first one best and with those that it could not tell from that.  The least chi^2 has the
+    name; where others are as near to it as noise alone would set them apart, the first in `DEFECTS`, the simplest.
     """
-    shots = _rotor_shots(base)
+    shots = rotor_shots(base)
     if not shots:
         return None
     try:
-        ranked = _ranked(shots[0], pool)
-        fits = _each(shots, ranked[0], pool)
+        of_first = ranked(shots[0], pool)
+        fits = each_alone(shots, of_first[0], pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
-            together += _rivals(together[0], [_defect_of(f) for f in ranked[1:]], pool)
+            for rival in of_first[1:]:
+                with suppress(RotorFitError):
+                    together.append(_instead(together[0], of_first[0], rival, pool))
         else:
-            together = ranked
+            together = of_first
         alike = _as_good(together)
-        best = min(alike, key=lambda f: DEFECTS.index(_defect_of(f)))
-        if best.defect != ranked[0].defect:
-            fits = _each(shots, next(f for f in ranked if f.defect == best.defect), pool)
-        held_out = _held_out(fits)
+        best = _named(alike)
+        held_out = held_out_ends(fits, pool)
     except RotorFitError:
         return None
     strength, std = best.strength
@@ -170,11 +162,13 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         return None
     bearing = shots[0].geometry.bearing
     others = [f for f in alike if f is not best]
+    # The same error with the other sign, if the shots do not tell it, is not another effect: the error spans both.
+    span = max((abs(f.strength[0] - strength) for f in others if f.defect == best.defect), default=0.0)
     return ManufacturingError(
-        effect=effect_of(_defect_of(best), bearing),
+        effect=effect_of(defect_of(best), bearing),
         strength=strength,
-        std=std,
-        alike=tuple(_like_it(f, best) for f in others),
+        std=math.hypot(std, span),
+        alike=tuple(sorted((_like_it(f, best) for f in others), key=lambda a: a.rise)),
         fit=best,
         held_out=held_out,
         before_chi2=base.chi2,
@@ -182,135 +176,23 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
     )
 
 
-def _rotor_shots(base: JointFit) -> list[RotorShot]:
-    """Shots with start values from one angle; none if a shot's drive or geometry is not known."""
-    shots = []
-    for prepared, state in zip(base.prepared, base.states, strict=True):
-        known, observed, shot = prepared.shot.rotor, state.observation, prepared.shot
-        if known is None or not isinstance(observed, DipoleObservation):
-            return []
-        coefficients = dict(
-            zip((c.name for c in base.hypothesis.model.coefficients), state.dynamics.values, strict=True)
-        )
-        record, jewel = shot.record, known.geometry.bearing == "jewel"
-        loss = coefficients.get("lambda_per_s", 0.0)
-        f_nat_hz, m_r_am2 = state.dynamics.w / (2.0 * math.pi), abs(observed.m_r)
-        values = RotorValues(
-            f_nat_hz=f_nat_hz,
-            m_r_am2=m_r_am2,
-            distance_m=known.geometry.distance_m(f_nat_hz, m_r_am2),
-            lambda_per_s=min(loss, _LIMITS.jewel_damping_per_s) if jewel else loss,
-            rotation=known.facing(observed.rotation),
-            tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0),
-            friction_coefficient=known.geometry.friction_coefficient,
-            side_damping_per_s=_LIMITS.side_damping_per_s,
-            creep_m_per_s=_LIMITS.creep_m_per_s if jewel else 0.0,
-        )
-        late_s = record.valid_from / record.sampling_rate_hz
-        shots.append(
-            RotorShot(
-                samples=record.valid,
-                rate_hz=record.sampling_rate_hz,
-                sd=shot.noise.sd,
-                geometry=known.geometry,
-                drive=replace(known.drive, rx_start_s=known.drive.rx_start_s + late_s),
-                values=values,
-                moving=known.moving,
-            )
-        )
-    return shots
-
-
-def _alone(shot: RotorShot, pool: Executor) -> RotorFit:
-    """One shot from the start, by the sign of the tilt that a short window prefers.  Raises RotorFitError."""
-    n = shot.count(_LIMITS.sign_window_s)
-    tried = []
-    for sign in (1.0, -1.0):
-        begun = replace(shot, values=shot.values.with_numbers({_TILT: sign * _LIMITS.start_rad}))
-        try:
-            tried.append(fit_rotor([replace(begun, samples=shot.samples[:, :n])], _TILT, pool, whole=False))
-        except RotorFitError:
-            continue
-    if not tried:
-        raise RotorFitError("a short window finds no rotor")
-    best = min(tried, key=lambda f: sum(f.chi2))
-    begun = replace(shot, values=best.values[0])
-    return fit_rotor([begun], _TILT, pool, first_window_s=2.0 * _LIMITS.sign_window_s)
-
-
-def _like(shot: RotorShot, other: RotorShot, found: RotorFit, pool: Executor) -> RotorFit:
-    """A shot with what another one found in common, held; its own values start as far from one angle's as there."""
-    there, v = found.values[0], shot.values
-    values = replace(
-        there,
-        f_nat_hz=v.f_nat_hz + there.f_nat_hz - other.values.f_nat_hz,
-        m_r_am2=v.m_r_am2 * there.m_r_am2 / other.values.m_r_am2,
-        rotation=v.rotation,
-        tf_over_i_rad_per_s2=there.tf_over_i_rad_per_s2,
-    )
-    if other.values.tf_over_i_rad_per_s2 > 0.0 and v.tf_over_i_rad_per_s2 > 0.0:
-        ratio = there.tf_over_i_rad_per_s2 / other.values.tf_over_i_rad_per_s2
-        values = replace(values, tf_over_i_rad_per_s2=v.tf_over_i_rad_per_s2 * ratio)
-    common = [p.name for p in free_parameters(shot.geometry, [_defect_of(found)], moving=shot.moving) if p.common]
-    return fit_rotor([replace(shot, values=values)], found.defect, pool, held=common)
-
-
-def _ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
-    """Fits of one shot with each defect that it cannot exclude, the best first.  Raises RotorFitError.
-
-    All of them act alike at first: the stator's tilt is tried in windows that grow from the start, the others in longer
-    ones from what it is to first order in their terms.
-    """
-    first = _alone(shot, pool)
-    fits = [first, *_rivals(first, [d for d in DEFECTS if d != _TILT], pool, first_window_s=_LIMITS.rival_window_s)]
-    fits.sort(key=_total)
-    return [fits[0], *(f for f in fits[1:] if _rise(f, fits[0]) < FIT_LIMITS.rigid_rotor.rival_chi2)]
-
-
-def _rivals(
-    found: RotorFit, rivals: Sequence[Defect], pool: Executor, first_window_s: float = math.inf
-) -> list[RotorFit]:
-    """The same shots with other defects, as far as there are such rotors."""
-    fits = []
-    for rival in rivals:
-        try:
-            values = exchanged(found, rival, pool)
-            begun = [replace(s, values=v) for s, v in zip(found.shots, values, strict=True)]
-            fits.append(fit_rotor(begun, rival, pool, first_window_s=first_window_s, beside=found))
-        except RotorFitError:
-            continue
-    return fits
-
-
 def _like_it(fit: RotorFit, best: RotorFit) -> Alike:
     strength, std = fit.strength
-    effect = effect_of(_defect_of(fit), fit.shots[0].geometry.bearing)
-    return Alike(effect=effect, strength=strength, std=std, rise=_rise(fit, best))
+    effect = effect_of(defect_of(fit), fit.shots[0].geometry.bearing)
+    return Alike(effect=effect, strength=strength, std=std, rise=rise(fit, best), fit=fit)
 
 
-def _total(fit: RotorFit) -> float:
-    return sum(fit.chi2)
+def _named(alike: Sequence[RotorFit]) -> RotorFit:
+    """The simplest of those whose chi^2 differs from the least by no more than noise makes it differ."""
+    least = min(alike, key=total_chi2)
+    equal = [f for f in alike if rise(f, least) < _LIMITS.equal_chi2]
+    return min(equal, key=lambda f: DEFECTS.index(defect_of(f)))
 
 
 def _as_good(fits: Sequence[RotorFit]) -> list[RotorFit]:
     """Those whose chi^2 the data cannot tell from the least."""
-    least = min(fits, key=_total)
-    return [f for f in fits if _rise(f, least) < THRESHOLDS.selection.told_apart_chi2]
-
-
-def _rise(fit: RotorFit, best: RotorFit) -> float:
-    """Of chi^2 over that of the best fit, in units of what that leaves."""
-    return (_total(fit) - _total(best)) / max(1.0, best.chi2_per_dof)
-
-
-def _defect_of(fit: RotorFit) -> Defect:
-    assert fit.defect is not None
-    return fit.defect
-
-
-def _each(shots: Sequence[RotorShot], first: RotorFit, pool: Executor) -> list[RotorFit]:
-    """Fits of each shot alone, that of the first one given.  Raises RotorFitError."""
-    return [first, *(_like(shot, shots[0], first, pool) for shot in shots[1:])]
+    least = min(fits, key=total_chi2)
+    return [f for f in fits if rise(f, least) < THRESHOLDS.selection.told_apart_chi2]
 
 
 def _together(fits: Sequence[RotorFit], pool: Executor) -> RotorFit:
@@ -321,35 +203,37 @@ def _together(fits: Sequence[RotorFit], pool: Executor) -> RotorFit:
     return fit_rotor(start, fits[0].defect, pool, first_window_s=longest_s(start))
 
 
-def _held_out(fits: Sequence[RotorFit]) -> HeldOutRotor:
-    """The end of each shot, predicted from its beginning: at most 70 % of the first shot, 30 % of the others, whose
-    common values are those of the first."""
-    rows = []
-    for k, fit in enumerate(fits):
-        shot = fit.shots[0]
-        share = THRESHOLDS.regression.own_share if k else THRESHOLDS.regression.split_share
-        whole = shot.samples.shape[1] / shot.rate_hz
-        own = Stage(fit.window_s, fit.values, _total(fit))
-        early = [s for s in fit.stages if s.window_s <= share * whole]
-        stage = (early or list(fit.stages) or [own])[-1]
-        window_s, values = stage.window_s, stage.values[0]
-        n = shot.count(window_s)
-        try:
-            model, _ = shot.rotor(values).dm_dt(shot.samples.shape[1], shot.rate_hz)
-        except (NoRestError, LostRotorError):
-            model = np.zeros_like(shot.samples)
-        left, data = (shot.samples - model)[:, n:], shot.samples[:, n:]
-        left = left - left.mean(axis=1, keepdims=True)
-        rows.append(
-            (
-                float(np.sum((left / shot.sd[:, None]) ** 2)),
-                float(left.size),
-                float(np.sum(left**2)),
-                float(np.sum(data**2)),
-            )
+def _instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: Executor) -> RotorFit:
+    """All shots with another error, which begin as far from the joint fit as the first shot's two fits are apart.
+
+    Raises RotorFitError.
+    """
+    one, other = first.values[0], rival.values[0]
+    turn = first.shots[0].rotor(one).rotation.T @ rival.shots[0].rotor(other).rotation
+    begun = []
+    for shot, v in zip(joint.shots, joint.values, strict=True):
+        values = replace(
+            other,
+            f_nat_hz=v.f_nat_hz + other.f_nat_hz - one.f_nat_hz,
+            m_r_am2=v.m_r_am2 * other.m_r_am2 / one.m_r_am2,
+            rotation=shot.rotor(v).rotation @ turn,
+            turn_u_rad=0.0,
+            turn_v_rad=0.0,
+            turn_w_rad=0.0,
+            drive_size=v.drive_size * other.drive_size / one.drive_size,
+            drive_delay_s=v.drive_delay_s + other.drive_delay_s - one.drive_delay_s,
+            start_angle_rad=v.start_angle_rad,
+            start_speed_rad_per_s=v.start_speed_rad_per_s,
         )
-    chi2, dof, squares, energy = zip(*rows, strict=True)
-    return HeldOutRotor(chi2=chi2, dof=dof, squares=squares, energy=energy)
+        if one.tf_over_i_rad_per_s2 > 0.0:
+            ratio = v.tf_over_i_rad_per_s2 / one.tf_over_i_rad_per_s2
+            values = replace(
+                values,
+                tf_over_i_rad_per_s2=other.tf_over_i_rad_per_s2 * ratio,
+                friction_coefficient=v.friction_coefficient * other.friction_coefficient / one.friction_coefficient,
+            )
+        begun.append(replace(shot, values=values))
+    return fit_rotor(begun, rival.defect, pool, first_window_s=longest_s(begun))
 
 
 def _means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:
@@ -369,12 +253,17 @@ def _means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:
         std = math.hypot(float(errors.mean()), max(map(abs, off), default=0.0))
         scatter = None if common or values.size == 1 else float(values.std(ddof=1))
         found[name] = Mean(value=float(values.mean()), std=std, scatter=scatter)
-    turned = np.array(
-        [rodrigues_from_rotation(s.rotor(v).rotation) for s, v in zip(fit.shots, fit.values, strict=True)]
-    )
+    turned = _turned(fit)
     spread: Array = np.array([[s[f"turn_{a}_rad"] for a in "uvw"] for s in fit.std])
     std = float(np.sqrt(np.mean(spread**2)))
     for k, name in enumerate(("rodrigues_x", "rodrigues_y", "rodrigues_z")):
         scatter = None if len(turned) == 1 else float(turned[:, k].std(ddof=1))
-        found[name] = Mean(value=float(turned[:, k].mean()), std=std, scatter=scatter)
+        value = float(turned[:, k].mean())
+        off = [abs(float(_turned(other)[:, k].mean()) - value) for other in others]
+        found[name] = Mean(value=value, std=math.hypot(std, max(off, default=0.0)), scatter=scatter)
     return found
+
+
+def _turned(fit: RotorFit) -> Array:
+    """Rodrigues vector of each shot, (shots, 3)."""
+    return np.array([rodrigues_from_rotation(s.rotor(v).rotation) for s, v in zip(fit.shots, fit.values, strict=True)])

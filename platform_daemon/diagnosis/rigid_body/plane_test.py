@@ -31,7 +31,15 @@ class PlaneTest:
     @property
     def leaves(self) -> bool:
         """The motion leaves its plane, in every shot."""
-        far = (r > 1.0 + _LIMITS.plane_sigma * s for r, s in zip(self.ratio, self.sd, strict=True))
+        return self._beyond(_LIMITS.plane_sigma)
+
+    @property
+    def may_leave(self) -> bool:
+        """It seems to; noise does so once in a hundred shots, so that one angle must leave more than noise as well."""
+        return self._beyond(_LIMITS.plane_hint_sigma)
+
+    def _beyond(self, sigma: float) -> bool:
+        far = (r > 1.0 + sigma * s for r, s in zip(self.ratio, self.sd, strict=True))
         return all(far) and min(self.share) > _LIMITS.plane_share
 
 

@@ -22,7 +22,7 @@ from platform_daemon.estimation.prepared_record import prepare_record
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.estimation.screening.angle_cycles import find_half_cycles
-from platform_daemon.estimation.solve import find_minimum
+from platform_daemon.estimation.solve import find_minimum, find_minimum_coarsely
 
 from .shot import DiagnosisShot, PreparedShot, grids_for, whitening_for
 
@@ -47,6 +47,43 @@ def initial_fits(
     results = list((map if pool is None else pool.map)(lambda shot: _start(shot, model), shots))
     prepared = [r for r in results if isinstance(r, PreparedShot)]
     return _on_one_side(prepared, model), [r for r in results if isinstance(r, UnfittedShot)]
+
+
+def with_beginnings(
+    prepared: Sequence[PreparedShot], refused: Sequence[UnfittedShot], model: RingDownModel
+) -> tuple[list[PreparedShot], list[UnfittedShot]]:
+    """Besides the fitted shots those of a known rotor that no single angle fits, by their first tenth of a second.
+
+    A rotor with a manufacturing error may swing so that the whole window looks like two resonators.  Its beginning,
+    fitted as if noise were a part of the signal, tells the frequency nevertheless.  Returns also what is left without
+    a fit.
+    """
+    found, left = list(prepared), []
+    for one in refused:
+        begun = None if one.shot.rotor is None else _begun(one.shot, model)
+        if begun is None:
+            left.append(one)
+        else:
+            found.append(begun)
+    return _on_one_side(found, model) if found else found, left
+
+
+def _begun(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | None:
+    record = shot.record
+    last = min(record.end, record.valid_from + round(_LIMITS.beginning_s * shot.rate_hz))
+    part = replace(record, valid_to=last)
+    held = fixed_values(model, None, dipole=observes_dipole(part, model))
+    try:
+        beginning = prepare_record(part, "d30", shot.noise, held)
+    except RefusedError:
+        return None
+    found = find_minimum_coarsely(beginning, model)
+    if found is None:
+        return None
+    state = by_convention(found[1].state, model)
+    frequency_hz = state.dynamics.w / (2.0 * math.pi)
+    grids = grids_for(record, record.end, frequency_hz)
+    return PreparedShot(shot, state, grids, whitening_for(shot, grids, frequency_hz))
 
 
 def _on_one_side(prepared: Sequence[PreparedShot], model: RingDownModel) -> list[PreparedShot]:

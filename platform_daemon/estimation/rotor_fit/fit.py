@@ -7,7 +7,7 @@ the start values of a single angle are near enough.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -17,14 +17,11 @@ from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
-from .parameters import DEFECTS, Defect, FreeParameter, free_parameters
-from .shot import RotorShot, chi2_of, linearised
+from .parameters import DEFECTS, Defect, free_parameters
+from .shot import RotorShot, linearised
+from .valley import Layout, RotorFitError, Valley, settled
 
 LIMITS = THRESHOLDS.rigid_rotor
-
-
-class RotorFitError(ValueError):
-    """The fit finds no rotor; the text says why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,58 +66,6 @@ class RotorFit:
         return getattr(self.values[0], self.defect), self.std[0][self.defect]
 
 
-@dataclass(frozen=True)
-class _Layout:
-    """Where the free parameters of each shot stand in the common vector."""
-
-    free: tuple[tuple[FreeParameter, ...], ...]
-    places: tuple[tuple[int, ...], ...]
-    size: int
-
-    @classmethod
-    def of(cls, shots: Sequence[RotorShot], defects: Iterable[Defect], held: Sequence[str], window_s: float) -> _Layout:
-        free, places, shared, size = [], [], dict[str, int](), 0
-        defects = tuple(defects)
-        for shot in shots:
-            of_shot = tuple(
-                p
-                for p in free_parameters(shot.geometry, defects, moving=shot.moving)
-                if p.name not in held and p.from_s <= window_s
-            )
-            here = []
-            for p in of_shot:
-                if p.common and p.name in shared:
-                    here.append(shared[p.name])
-                    continue
-                here.append(size)
-                if p.common:
-                    shared[p.name] = size
-                size += 1
-            free.append(of_shot)
-            places.append(tuple(here))
-        return cls(tuple(free), tuple(places), size)
-
-    def place(self, name: str) -> int:
-        """Of a common parameter in the vector."""
-        return next(k for p, k in zip(self.free[0], self.places[0], strict=True) if p.name == name)
-
-    def moved(self, values: Sequence[RotorValues], step: Array) -> list[RotorValues]:
-        """The values of each shot after a step (size,)."""
-        return [
-            v.with_numbers({p.name: getattr(v, p.name) + float(step[k]) for p, k in zip(free, places, strict=True)})
-            for v, free, places in zip(values, self.free, self.places, strict=True)
-        ]
-
-    def prior(self, values: Sequence[RotorValues], first: Sequence[RotorValues]) -> tuple[Array, Array, float]:
-        """Weights (size,), pull (size,) towards what was known beforehand, and its chi^2."""
-        weight, off = np.zeros(self.size), np.zeros(self.size)
-        for v, f, free, places in zip(values, first, self.free, self.places, strict=True):
-            for p, k in zip(free, places, strict=True):
-                if p.sd is not None:
-                    weight[k], off[k] = p.sd**-2, getattr(f, p.name) - getattr(v, p.name)
-        return weight, weight * off, float(weight @ off**2)
-
-
 def longest_s(shots: Sequence[RotorShot]) -> float:
     """Length of the longest ring-down."""
     return max(s.samples.shape[1] / s.rate_hz for s in shots)
@@ -134,6 +79,7 @@ def fit_rotor(
     first_window_s: float = LIMITS.first_window_s,
     held: Sequence[str] = (),
     whole: bool = True,
+    known: Sequence[RotorValues] | None = None,
     beside: RotorFit | None = None,
 ) -> RotorFit:
     """Fit shots of one specimen together.
@@ -144,19 +90,21 @@ def fit_rotor(
         pool: for the columns of the Jacobian.
         first_window_s: of the windows that grow.
         held: names of parameters that are not free.
+        known: of each shot what is known beforehand, where that is not what the fit starts with.
+        whole: the last window is the whole ring-down; False: it is one of those that grow, so that the fit need not be
+            settled to the last digit.
         beside: a fit with another defect; this one ends where a window's chi^2 rises too far above that one's.
-        whole: the window of the whole ring-down frees every parameter; False: only those that its length tells.
 
     Raises:
         RotorFitError: the start values are far from any rotor, nothing is determined, or `beside` is far better.
     """
-    first = [s.values for s in shots]
-    free = () if defect is None else (defect,)
-    values, longest, stages = list(first), longest_s(shots), []
-    for window_s in _windows_s(first_window_s, longest):
-        layout = _Layout.of(shots, free, held, window_s if window_s < longest or not whole else math.inf)
-        settled_chi2 = LIMITS.settled_chi2 if window_s < longest else LIMITS.found_chi2
-        values, matrix, chi2, dof = _settled(shots, layout, values, first, window_s, settled_chi2, pool)
+    values: list[RotorValues] = [s.values for s in shots]
+    first = values if known is None else known
+    layout = Layout.of(shots, () if defect is None else (defect,), held)
+    longest, stages = longest_s(shots), list[Stage]()
+    for window_s in windows_s(first_window_s, longest):
+        last = whole and window_s == longest
+        values, matrix, chi2, dof = settled(shots, layout, values, first, window_s, last, pool)
         if window_s == longest:
             break
         stages.append(Stage(window_s, tuple(values), sum(chi2)))
@@ -220,13 +168,13 @@ def with_errors_of_held(fit: RotorFit, names: Sequence[str], covariance: Array, 
     )
 
 
-def _windows_s(first_s: float, longest_s: float) -> list[float]:
+def windows_s(first_s: float, longest_s: float) -> list[float]:
     """They grow to the share from which the rest is predicted, and then to the whole."""
     found, share_s = [], LIMITS.predicting_share * longest_s
     while first_s * math.sqrt(LIMITS.window_growth) < share_s:
         found.append(first_s)
         first_s *= LIMITS.window_growth
-    return [*found, *([share_s] if found else []), longest_s]
+    return [*found, *([share_s] if math.isfinite(first_s) and first_s < longest_s else []), longest_s]
 
 
 def _still_alike(stage: Stage, beside: RotorFit) -> None:
@@ -236,95 +184,34 @@ def _still_alike(stage: Stage, beside: RotorFit) -> None:
         raise RotorFitError(f"{beside.defect} explains the first {stage.window_s:.3g} s better")
 
 
-def exchanged(fit: RotorFit, rival: Defect, pool: Executor) -> list[RotorValues]:
-    """Start values of each shot for another defect in the place of the one that was free.
+def exchanged(
+    fit: RotorFit, rival: Defect, pool: Executor, *, gone: Defect | None = None, by: float | None = None
+) -> list[RotorValues]:
+    """Values of each shot with another defect in the place of one that there is.
 
-    To first order, what the whole window shows of the defect is given to the rival and to all other parameters.
-    Raises RotorFitError.
+    To first order, what the whole window shows of it is given to the rival and to all other parameters.
+
+    Args:
+        fit: where it begins.
+        rival: the defect that grows.
+        pool: for the columns of the Jacobian.
+        gone: the one that falls; None: the one that was free.
+        by: how much of it falls; None: all of it.
+
+    Raises:
+        RotorFitError: the shots do not determine it.
     """
-    size, _ = fit.strength
-    assert fit.defect is not None
-    layout = _Layout.of(fit.shots, (fit.defect, rival), (), math.inf)
-    matrix, *_ = _normal_equations(fit.shots, layout, fit.values, fit.window_s, pool)
-    matrix[np.diag_indices(layout.size)] += layout.prior(fit.values, fit.values)[0]
-    gone = layout.place(fit.defect)
-    others = [k for k in range(layout.size) if k != gone]
+    falls = gone or fit.defect
+    assert falls is not None
+    size = getattr(fit.values[0], falls) if by is None else by
+    layout = Layout.of(fit.shots, (falls, rival), ())
+    matrix = Valley(fit.shots, layout, fit.values, fit.window_s).linearised(fit.values, pool).matrix
+    place = layout.place(falls)
+    others = [k for k in range(layout.size) if k != place]
     step = np.zeros(layout.size)
-    step[gone] = -size
+    step[place] = -size
     try:
-        step[others] = np.linalg.solve(matrix[np.ix_(others, others)], size * matrix[others, gone])
+        step[others] = np.linalg.solve(matrix[np.ix_(others, others)], size * matrix[others, place])
     except np.linalg.LinAlgError:
         raise RotorFitError("the shots do not determine the rotor's parameters") from None
     return layout.moved(fit.values, step)
-
-
-def _settled(
-    shots: Sequence[RotorShot],
-    layout: _Layout,
-    values: list[RotorValues],
-    first: Sequence[RotorValues],
-    window_s: float,
-    settled_chi2: float,
-    pool: Executor,
-) -> tuple[list[RotorValues], Array, list[float], list[float]]:
-    """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more."""
-    damping, grows = LIMITS.first_damping, LIMITS.damping_grows
-    for _ in range(LIMITS.most_steps):
-        matrix, gradient, chi2, counts = _normal_equations(shots, layout, values, window_s, pool)
-        weight, pull, known = layout.prior(values, first)
-        matrix[np.diag_indices(layout.size)] += weight
-        gradient += pull
-        total = sum(chi2) + known
-        moved, fall = False, 0.0
-        while damping < LIMITS.most_damping:
-            try:
-                step = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), gradient)
-            except np.linalg.LinAlgError:
-                raise RotorFitError("the shots do not determine the rotor's parameters") from None
-            expected = float(2.0 * gradient @ step - step @ matrix @ step)
-            if expected < settled_chi2 and damping <= LIMITS.first_damping:
-                break
-            trial = layout.moved(values, np.asarray(step, dtype=np.float64))
-            fall = total - _cost(shots, layout, trial, first, window_s)
-            if fall > 0.0:
-                values, moved = trial, True
-                damping *= max(LIMITS.damping_falls, 1.0 - (2.0 * fall / expected - 1.0) ** 3)
-                grows = LIMITS.damping_grows
-                break
-            damping, grows = damping * grows, 2.0 * grows
-        if not moved or fall < settled_chi2:
-            break
-    own = layout.size / len(shots)
-    return values, matrix, chi2, [count - own for count in counts]
-
-
-def _cost(
-    shots: Sequence[RotorShot],
-    layout: _Layout,
-    values: Sequence[RotorValues],
-    first: Sequence[RotorValues],
-    window_s: float,
-) -> float:
-    """chi^2 with what was known beforehand; infinite where there is no such rotor."""
-    try:
-        seen = sum(chi2_of(s, v, window_s) for s, v in zip(shots, values, strict=True))
-    except (NoRestError, LostRotorError):
-        return math.inf
-    return seen + layout.prior(values, first)[2]
-
-
-def _normal_equations(
-    shots: Sequence[RotorShot], layout: _Layout, values: Sequence[RotorValues], window_s: float, pool: Executor
-) -> tuple[Array, Array, list[float], list[int]]:
-    """J^T J (size, size), J^T r (size,), chi^2 and number of residuals of each shot.  Raises RotorFitError."""
-    matrix, gradient, chi2, counts = np.zeros((layout.size, layout.size)), np.zeros(layout.size), [], []
-    for shot, v, free, places in zip(shots, values, layout.free, layout.places, strict=True):
-        try:
-            found = linearised(shot, v, free, window_s, pool)
-        except (NoRestError, LostRotorError) as error:
-            raise RotorFitError(str(error)) from None
-        matrix[np.ix_(places, places)] += found.matrix
-        gradient[list(places)] += found.gradient
-        chi2.append(found.chi2)
-        counts.append(found.count)
-    return matrix, gradient, chi2, counts

@@ -12,23 +12,24 @@ from platform_daemon.estimation.thresholds import THRESHOLDS
 LIMITS = THRESHOLDS.rigid_rotor
 Defect = Literal["stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m"]
 DEFECTS: tuple[Defect, ...] = ("stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m")
-HELD_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "friction_coefficient", "creep_m_per_s")
+HELD_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "creep_m_per_s")
 """What belongs to a specimen as its defect does: fits with an adopted defect hold both."""
+KNOWN_WITH_A_DEFECT = (*HELD_WITH_A_DEFECT, "friction_coefficient")
+"""With what differs from shot to shot, where fits with an adopted defect begin."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FreeParameter:
     """One free parameter of RotorValues.
 
-    step: of the forward difference; sd: how well it is known beforehand, None: not at all; common: to all shots;
-    from_s: length of window from which on it is free, because a shorter one hardly tells it.
+    step: of the forward difference; sd: how well it is known beforehand, None: not at all; common: to all shots.  What
+    a short window hardly tells stays there within what is known of it.
     """
 
     name: str
     step: float
     sd: float | None = None
     common: bool = False
-    from_s: float = 0.0
 
 
 def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, moving: bool) -> tuple[FreeParameter, ...]:
@@ -50,13 +51,12 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, movin
             )
         )
     common = [
-        FreeParameter(name="lambda_per_s", step=LIMITS.step_per_s, common=True, from_s=LIMITS.damping_from_s),
+        FreeParameter(name="lambda_per_s", step=LIMITS.step_per_s, sd=LIMITS.damping_sd_per_s, common=True),
         FreeParameter(
             name="side_damping_per_s",
             step=LIMITS.step_per_s,
             sd=LIMITS.side_damping_sd_per_s,
             common=True,
-            from_s=LIMITS.damping_from_s,
         ),
     ]
     common.append(
@@ -65,7 +65,6 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, movin
             step=LIMITS.step_m,
             sd=LIMITS.distance_sd_m,
             common=True,
-            from_s=LIMITS.distance_from_s,
         )
     )
     for defect in defects:
@@ -73,9 +72,6 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, movin
         common.append(FreeParameter(name=defect, step=step, common=True))
     if geometry.bearing == "jewel":
         own.append(FreeParameter(name="tf_over_i_rad_per_s2", step=LIMITS.step_friction_rad_per_s2))
-        common += [
-            FreeParameter(
-                name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd, common=True
-            ),
-        ]
+        # Friction differs from shot to shot by its contact or by its coefficient: neither is common to all.
+        own.append(FreeParameter(name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd))
     return (*own, *common)

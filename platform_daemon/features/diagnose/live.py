@@ -231,6 +231,8 @@ def variations(first: AcquisitionRequest, plan: AcquisitionPlan, key: str) -> li
 
     if key == "second_amplitude":
         return [changed(field_t=share * plan.sequence.field_t) for share in _FIELDS]
+    if key == "twice_the_field":
+        return [changed(field_t=2.0 * plan.sequence.field_t)]
     if key == "longer_window":
         return [changed(rx_s=times * plan.sequence.rx_s) for times in _WINDOWS]
     if key == "more_shots":

@@ -20,6 +20,7 @@ from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation,
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.result import FitResult
 from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor, with_errors_of_held
+from platform_daemon.estimation.rotor_fit.parameters import HELD_WITH_A_DEFECT
 from platform_daemon.estimation.rotor_fit.shot import RotorContext, RotorShot
 from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.schema import AdoptedRotorRecord
@@ -72,7 +73,7 @@ def _refined(
     began = time.perf_counter()
     shot = _shot(record, noise, start, known, error)
     shot = replace(shot, values=shot.values.with_numbers(fixed))
-    held = (*error.held, error.parameter, *fixed)
+    held = (*(name for name in error.held if name in HELD_WITH_A_DEFECT), error.parameter, *fixed)
     try:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             fit = fit_rotor([shot], None, pool, held=held)
@@ -107,6 +108,7 @@ def _shot(
         geometry=known.geometry,
         drive=replace(known.drive, rx_start_s=known.drive.rx_start_s + late_s),
         values=values,
+        declared=known.rotation,
         moving=known.moving,
     )
 

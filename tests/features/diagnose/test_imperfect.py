@@ -21,9 +21,12 @@ def test_the_imperfect_threads_error_has_a_name_its_parameters_are_true_and_fits
     found, truth = json.loads(report.read_text()), read_truth(shot)[0]["simulated"]
     (effect,) = found["effects"]
     assert found["verdict"] == "explained"
-    assert effect["id"] == "stator_tilt"
-    assert abs(effect["strength"]["value"] - 8.727e-4) < 3 * effect["strength"]["std"] < 5e-5
-    assert effect["indistinguishable_from"] == ["lateral_displacement"]
+    # They act alike, and noise decides which of them leaves less.
+    sizes = {"stator_tilt": 8.727e-4, "lateral_displacement": 1.55e-5}
+    assert {effect["id"], *effect["indistinguishable_from"]} == set(sizes)
+    size = sizes[effect["id"]]
+    assert abs(effect["strength"]["value"] - size) < 3 * effect["strength"]["std"] < 0.06 * size
+    assert found["next_measurements"]
     assert found["held_out"]["chi2_per_dof_after"] < 1.1
     assert "the motion leaves its plane" in done.stdout
     assert "stator tilted by 0.0" in done.stdout
@@ -41,7 +44,7 @@ def test_the_imperfect_threads_error_has_a_name_its_parameters_are_true_and_fits
     assert any("figure of a shot" in note for note in tables["notes"])
     for window in ("n50", "d30"):
         (frame,) = tables[f"{window}_fits"]["frames"]
-        assert any("stator_tilt" in note and "with those of what is held" in note for note in frame["notes"])
+        assert any(effect["id"] in note and "with those of what is held" in note for note in frame["notes"])
         assert frame["chi2_per_dof"] < 1.05
         for name in ("f_nat_hz", "m_r_am2", "lambda_per_s"):
             one = frame["parameters"][name]
@@ -50,4 +53,4 @@ def test_the_imperfect_threads_error_has_a_name_its_parameters_are_true_and_fits
     assert frame["covariance"]["matrix"][k][k] == pytest.approx(frame["parameters"]["m_r_am2"]["std"] ** 2)
     refused = run("slide", shot, "--variant", "tilted", *models)
     assert refused.returncode == 2
-    assert "stator_tilt" in refused.stderr
+    assert effect["id"] in refused.stderr

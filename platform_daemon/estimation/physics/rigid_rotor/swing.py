@@ -23,6 +23,7 @@ ORDERS = DENSE.shape[1]
 FIRST_STEP = LIMITS.first_step
 SAFETY, SHRINK, GROW = LIMITS.safety, LIMITS.shrink, LIMITS.grow
 SHORTEST_S, FAILED, LAST_STEP = LIMITS.shortest_step_s, LIMITS.failed_error, LIMITS.last_step_share
+MOST_STEPS_PER_S = LIMITS.most_steps_per_s
 
 
 @kernel
@@ -122,6 +123,8 @@ def swing(y, p, drive, first_s, step_s, scale, given, out):  # type: ignore[no-u
             if at >= t:
                 _sample(now, length, (at - t) / length, k, out[sample])
             sample += 1
+        if count > MOST_STEPS_PER_S * end:
+            break
         if count == ends.size:
             more = np.empty(2 * count)
             more[:count] = ends

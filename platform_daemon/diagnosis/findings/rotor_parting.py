@@ -1,0 +1,102 @@
+"""Measurements that would part manufacturing errors which act alike, from the motions of both rotors alone.
+
+The rotor with the named error stands for what would be measured.  The rotor with its rival is fitted to that to first
+order: its own parameters freely, the common ones as far as the present shots know them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+
+from platform_daemon.diagnosis.rigid_body.defects import ManufacturingError
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError
+from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
+from platform_daemon.estimation.rotor_fit.fit import RotorFit
+from platform_daemon.estimation.rotor_fit.parameters import free_parameters
+from platform_daemon.estimation.rotor_fit.shot import RotorShot, linearised
+
+from .next_measurements import MEASUREMENTS, Proposal
+
+_LIMITS = THRESHOLDS.findings
+_ON_ITS_SIDE = rotation_from_rodrigues(np.array([0.5 * np.pi, 0.0, 0.0]))  # the main axis from z to -y
+
+
+def _driven(factor: float) -> Callable[[RotorShot], RotorShot]:
+    def planned(shot: RotorShot) -> RotorShot:
+        x, y, z = shot.drive.field_t
+        return replace(shot, drive=replace(shot.drive, field_t=(factor * x, factor * y, factor * z)))
+
+    return planned
+
+
+def _twice_as_long(shot: RotorShot) -> RotorShot:
+    return replace(shot, samples=np.zeros((3, 2 * shot.samples.shape[1])))
+
+
+def _turned(shot: RotorShot) -> RotorShot:
+    return replace(shot, values=replace(shot.values, rotation=_ON_ITS_SIDE @ shot.values.rotation))
+
+
+# By the measurement's key.
+PLANS: dict[str, Callable[[RotorShot], RotorShot]] = {
+    "second_amplitude": _driven(0.5),
+    "twice_the_field": _driven(2.0),
+    "longer_window": _twice_as_long,
+    "on_its_side": _turned,
+}
+
+
+def parting(rotor: ManufacturingError, pool: Executor) -> tuple[Proposal, ...]:
+    """Measurements that would part the named error from those that act alike, the largest expected difference first.
+
+    A plan that a rotor cannot follow is left out.  Empty where nothing acts alike.
+    """
+    if not rotor.alike:
+        return ()
+    count, present = len(rotor.fit.shots), [max(0.0, a.rise) for a in rotor.alike]
+    ways = {"more_shots": [math.sqrt((1.0 + _LIMITS.more_shots_ratio) * rise) for rise in present]}
+    for key, plan in PLANS.items():
+        try:
+            further = [count * _difference(plan, rotor.fit, a.fit, pool) for a in rotor.alike]
+        except (NoRestError, LostRotorError, np.linalg.LinAlgError):
+            continue
+        ways[key] = [math.sqrt(now + later) for now, later in zip(present, further, strict=True)]
+    found = []
+    for key, expected in ways.items():
+        apart = [k for k, sigma in enumerate(expected) if sigma >= _LIMITS.apart_sigma] or [int(np.argmax(expected))]
+        ids = (rotor.effect.id, *(rotor.alike[k].effect.id for k in apart))
+        found.append(Proposal(MEASUREMENTS[key], ids, min(expected[k] for k in apart)))
+    return tuple(sorted(found, key=lambda p: -p.expected_sigma))
+
+
+def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: RotorFit, pool: Executor) -> float:
+    """chi^2 that the rival leaves of one planned shot like the first one.
+
+    Raises NoRestError, LostRotorError, LinAlgError.
+    """
+    planned = plan(replace(best.shots[0], values=best.values[0]))
+    truth, _ = planned.rotor(planned.values).dm_dt(planned.samples.shape[1], planned.rate_hz)
+    other = plan(replace(rival.shots[0], values=rival.values[0]))
+    shot = replace(other, samples=truth)
+    assert rival.defect is not None
+    free = free_parameters(shot.geometry, [rival.defect], moving=shot.moving)
+    seen = linearised(shot, shot.values, free, math.inf, pool)
+    matrix = seen.matrix + _known(rival, [p.name for p in free if p.common], [p.name for p in free])
+    matrix += np.diag([0.0 if p.sd is None or p.common else p.sd**-2 for p in free])
+    return max(0.0, seen.chi2 - float(seen.gradient @ np.linalg.solve(matrix, seen.gradient)))
+
+
+def _known(fit: RotorFit, common: Sequence[str], names: Sequence[str]) -> Array:
+    """What the present shots know of the common parameters, whatever the others are: (names, names)."""
+    places = [fit.places[0][name] for name in common]
+    here = [names.index(name) for name in common]
+    out = np.zeros((len(names), len(names)))
+    out[np.ix_(here, here)] = np.linalg.inv(fit.covariance[np.ix_(places, places)])
+    return out

@@ -1,0 +1,155 @@
+"""The manufacturing errors that one shot cannot exclude: all kinds beside each other, in windows that grow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
+from platform_daemon.estimation.rotor_fit.fit import (
+    RotorFit,
+    RotorFitError,
+    Stage,
+    exchanged,
+    fit_rotor,
+    longest_s,
+    windows_s,
+)
+from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect
+from platform_daemon.estimation.rotor_fit.shot import RotorShot
+from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
+
+from .starts import starts_of
+
+_LIMITS = THRESHOLDS.rigid_body
+
+
+@dataclass(frozen=True)
+class _Contestant:
+    """An error, with the fit of the last window, what was known beforehand, and the windows before it."""
+
+    fit: RotorFit
+    known: RotorValues
+    stages: tuple[Stage, ...] = ()
+
+    @property
+    def defect(self) -> Defect:
+        """Its kind."""
+        return defect_of(self.fit)
+
+    def among(self, others: Sequence[_Contestant]) -> bool:
+        """One of them is the same kind with the same size."""
+        size, std = self.fit.strength
+        return any(o.defect == self.defect and abs(o.fit.strength[0] - size) < _LIMITS.same_sigma * std for o in others)
+
+
+def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]]:
+    """Fits of the first tenth of a second with kinds of error, and what was known beforehand of each.
+
+    Raises RotorFitError.
+    """
+    part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.sign_window_s)])
+    held = _held(shot, _LIMITS.sign_window_s)
+    found = []
+    for start in starts_of(part, pool):
+        begun, known = [replace(part, values=start.values)], [start.known]
+        with suppress(RotorFitError):
+            fit = fit_rotor(begun, start.defect, pool, first_window_s=math.inf, whole=False, held=held, known=known)
+            found.append((fit, start.known))
+    if not found:
+        raise RotorFitError("a short window finds no rotor")
+    best = min((fit for fit, _ in found), key=total_chi2)
+    return [(fit, known) for fit, known in found if rise(fit, best) < FIT_LIMITS.rigid_rotor.rival_chi2]
+
+
+def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
+    """What a window tells too little of.
+
+    One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth; free in a
+    short window of a jewel the distance runs away.
+    """
+    if shot.geometry.bearing == "thread" or window_s > _LIMITS.jewel_distance_from_s:
+        return ()
+    damped = window_s > _LIMITS.sign_window_s
+    return ("distance_m",) if damped else ("distance_m", "lambda_per_s", "side_damping_per_s")
+
+
+def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
+    """Fits of one shot with each defect, and sign of it, that it cannot exclude, the best first.  Raises RotorFitError.
+
+    In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.
+    """
+    starts = []
+    for begun, known in _begun(shot, pool):
+        # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
+        found = begun.values[0]
+        distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
+        starts.append((defect_of(begun), replace(found, distance_m=distance_m), replace(known, distance_m=distance_m)))
+    field: list[_Contestant] = []
+    longest = longest_s([shot])
+    for window_s in windows_s(2.0 * _LIMITS.sign_window_s, longest):
+        last = window_s == longest
+        held = () if last else _held(shot, window_s)
+        runners = [(c.defect, c.fit.values[0], c.known, c.stages) for c in field] or [(*s, ()) for s in starts]
+        field = []
+        for defect, values, known, stages in runners:
+            part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=values)
+            try:
+                fit = fit_rotor([part], defect, pool, first_window_s=math.inf, held=held, whole=last, known=[known])
+            except RotorFitError:
+                continue
+            one = _Contestant(fit, known, (*stages, Stage(window_s, fit.values, total_chi2(fit))))
+            if not one.among(field):
+                field.append(one)
+        field.sort(key=lambda c: total_chi2(c.fit))
+        if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
+            raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
+        field = [c for c in field if rise(c.fit, field[0].fit) < FIT_LIMITS.rigid_rotor.rival_chi2]
+    best: dict[tuple[Defect, bool], RotorFit] = {}
+    for c in field:
+        best.setdefault((c.defect, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
+    # A kind that has not begun or went astray in a window begins from the one that explains the whole shot.
+    leader = next(iter(best.values()))
+    late = []
+    for missing in [d for d in DEFECTS if d not in {d for d, _ in best}]:
+        with suppress(RotorFitError):
+            again = replace(shot, values=_instead(leader, missing, field[0].known, pool))
+            late.append(fit_rotor([again], missing, pool, first_window_s=_LIMITS.exchange_window_s, beside=leader))
+    near = [f for f in late if rise(f, leader) < FIT_LIMITS.rigid_rotor.rival_chi2]
+    return sorted([*best.values(), *near], key=total_chi2)
+
+
+def _instead(found: RotorFit, rival: Defect, known: RotorValues, pool: Executor) -> RotorValues:
+    """Values with another error, which grows in a short window while the one that was found falls in parts.
+
+    At once it would be far off: f_nat goes with the square of each.  Raises RotorFitError.
+    """
+    shot, gone = found.shots[0], defect_of(found)
+    part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.exchange_window_s)], values=found.values[0])
+    by = found.strength[0] / _LIMITS.exchange_parts
+    fit = fit_rotor([part], gone, pool, first_window_s=math.inf, whole=False, known=[known])
+    for _ in range(_LIMITS.exchange_parts):
+        (values,) = exchanged(fit, rival, pool, gone=gone, by=min(by, getattr(fit.values[0], gone), key=abs))
+        begun = replace(part, values=values)
+        fit = fit_rotor([begun], rival, pool, first_window_s=math.inf, whole=False, known=[known])
+    return fit.values[0].with_numbers({gone: 0.0})
+
+
+def rise(fit: RotorFit, best: RotorFit) -> float:
+    """Of chi^2 over that of the best fit, in units of what that leaves."""
+    return (total_chi2(fit) - total_chi2(best)) / max(1.0, best.chi2_per_dof)
+
+
+def defect_of(fit: RotorFit) -> Defect:
+    """The kind that a fit has."""
+    assert fit.defect is not None
+    return fit.defect
+
+
+def total_chi2(fit: RotorFit) -> float:
+    """Of all its shots."""
+    return sum(fit.chi2)

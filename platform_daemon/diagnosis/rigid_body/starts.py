@@ -1,0 +1,100 @@
+"""Where fits of a rotor with a manufacturing error begin."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
+from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
+from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect
+from platform_daemon.estimation.rotor_fit.shot import RotorShot
+
+_LIMITS = THRESHOLDS.rigid_body
+
+
+@dataclass(frozen=True)
+class Start:
+    """Values with an error, and what is known beforehand."""
+
+    defect: Defect
+    values: RotorValues
+    known: RotorValues
+
+
+def starts_of(shot: RotorShot, pool: Executor) -> list[Start]:
+    """Of a short window.
+
+    With a large error one angle takes the part along the main axis for an orientation, and is wrong about m_r with it.
+    Where its orientation is far from the declared one a grid at the declared one tells where to begin, else one angle.
+    """
+    apart = np.linalg.norm(rodrigues_from_rotation(shot.values.rotation.T @ shot.declared))
+    return _near(shot) if apart < _LIMITS.near_rad else _of_grid(shot, pool)
+
+
+def _near(shot: RotorShot) -> list[Start]:
+    """A thread's errors act differently when they are large; those of a jewel act alike in so short a time, and f_nat
+    is above the main mode by the square of the error.  Both signs are tried."""
+    values, tilt = shot.values, _LIMITS.start_rad
+    if shot.geometry.bearing == "jewel":
+        f_nat_hz = (1.0 + _LIMITS.jewel_softening * tilt**2) * values.f_nat_hz
+        return [
+            Start(DEFECTS[0], values.with_numbers({DEFECTS[0]: sign * tilt, "f_nat_hz": f_nat_hz}), values)
+            for sign in (1.0, -1.0)
+        ]
+    sizes = {d: _LIMITS.start_m if d == "lateral_displacement_m" else tilt for d in DEFECTS}
+    return [
+        Start(d, values.with_numbers({d: sign * size}), values) for d, size in sizes.items() for sign in (1.0, -1.0)
+    ]
+
+
+def _of_grid(shot: RotorShot, pool: Executor) -> list[Start]:
+    """The best points for each kind of a grid over its size, m_r, and f_nat above the main mode by its square.
+
+    By the drawing rotor and stator are the same magnet, of which real ones fall short.
+    """
+    points = list(_grid(shot))
+    left = np.array(list(pool.map(lambda p: _left(shot, p.values), points)))
+    found = []
+    for defect in DEFECTS:
+        places = [k for k in np.argsort(left) if points[k].defect == defect and math.isfinite(left[k])]
+        found += [points[k] for k in places[: _LIMITS.grid_kept]]
+    return found
+
+
+def _grid(shot: RotorShot) -> Iterator[Start]:
+    main_hz = shot.values.f_nat_hz
+    for defect, sign in itertools.product(DEFECTS, (1.0, -1.0)):
+        largest = _LIMITS.largest_m if defect == "lateral_displacement_m" else _LIMITS.largest_rad
+        for part, above, share, side_damping_per_s in itertools.product(
+            np.arange(1, _LIMITS.grid_sizes + 1) / _LIMITS.grid_sizes,
+            _LIMITS.grid_softening,
+            _LIMITS.grid_moments,
+            _LIMITS.grid_side_damping_per_s,
+        ):
+            m_r_am2 = share * shot.geometry.stator_moment_am2
+            f_nat_hz = main_hz * (1.0 + above * (part * _LIMITS.largest_rad) ** 2)
+            known = replace(
+                shot.values,
+                rotation=shot.declared,
+                f_nat_hz=f_nat_hz,
+                m_r_am2=m_r_am2,
+                distance_m=shot.geometry.distance_m(f_nat_hz, m_r_am2),
+                side_damping_per_s=side_damping_per_s,
+            )
+            yield Start(defect, known.with_numbers({defect: float(sign * part * largest)}), known)
+
+
+def _left(shot: RotorShot, values: RotorValues) -> float:
+    """chi^2; infinite where there is no such rotor."""
+    try:
+        residual, _ = shot.residual(values, math.inf)
+    except (NoRestError, LostRotorError):
+        return math.inf
+    return float(residual @ residual)

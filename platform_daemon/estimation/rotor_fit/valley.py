@@ -1,0 +1,226 @@
+"""Damped Gauss-Newton of a rotor's parameters, along the floor of a curved valley."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+from .parameters import Defect, FreeParameter, free_parameters
+from .shot import Linearised, RotorShot, linearised
+
+LIMITS = THRESHOLDS.rigid_rotor
+
+
+class RotorFitError(ValueError):
+    """The fit finds no rotor; the text says why."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the free parameters of each shot stand in the common vector."""
+
+    free: tuple[tuple[FreeParameter, ...], ...]
+    places: tuple[tuple[int, ...], ...]
+    size: int
+
+    @classmethod
+    def of(cls, shots: Sequence[RotorShot], defects: Iterable[Defect], held: Sequence[str]) -> Layout:
+        """Of shots with these defects free, and of their free parameters none of `held`."""
+        free, places, shared, size = [], [], dict[str, int](), 0
+        defects = tuple(defects)
+        for shot in shots:
+            of_shot = tuple(
+                p for p in free_parameters(shot.geometry, defects, moving=shot.moving) if p.name not in held
+            )
+            here = []
+            for p in of_shot:
+                if p.common and p.name in shared:
+                    here.append(shared[p.name])
+                    continue
+                here.append(size)
+                if p.common:
+                    shared[p.name] = size
+                size += 1
+            free.append(of_shot)
+            places.append(tuple(here))
+        return cls(tuple(free), tuple(places), size)
+
+    def place(self, name: str) -> int:
+        """Of a common parameter in the vector."""
+        return next(k for p, k in zip(self.free[0], self.places[0], strict=True) if p.name == name)
+
+    def moved(self, values: Sequence[RotorValues], step: Array) -> list[RotorValues]:
+        """The values of each shot after a step (size,)."""
+        return [
+            v.with_numbers({p.name: getattr(v, p.name) + float(step[k]) for p, k in zip(free, places, strict=True)})
+            for v, free, places in zip(values, self.free, self.places, strict=True)
+        ]
+
+    def prior(self, values: Sequence[RotorValues], first: Sequence[RotorValues]) -> tuple[Array, Array, float]:
+        """Weights (size,), pull (size,) towards what was known beforehand, and its chi^2."""
+        weight, off = np.zeros(self.size), np.zeros(self.size)
+        for v, f, free, places in zip(values, first, self.free, self.places, strict=True):
+            for p, k in zip(free, places, strict=True):
+                if p.sd is not None:
+                    weight[k], off[k] = p.sd**-2, getattr(f, p.name) - getattr(v, p.name)
+        return weight, weight * off, float(weight @ off**2)
+
+
+@dataclass(frozen=True, eq=False)
+class _Normal:
+    """Normal equations of all shots at some values.
+
+    matrix: (size, size) with the weights of what is known beforehand; gradient: (size,); chi2, counts: of each shot;
+    total: sum of chi^2 with what is known; by_shot: their linearisations.
+    """
+
+    matrix: Array
+    gradient: Array
+    chi2: list[float]
+    counts: list[int]
+    total: float
+    by_shot: list[Linearised]
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """Values of each shot, their residuals, and chi^2 with what is known beforehand."""
+
+    values: list[RotorValues]
+    left: list[Array]
+    total: float
+
+
+class Valley:
+    """Damped Gauss-Newton along the floor of a curved valley.
+
+    The data tell main mode and losses to parts in 10^6, and what goes into them, f_nat and the error, T_f, mu and
+    lambda, only together: J^T J, scaled to a unit diagonal, has eigenvalues from 1 to 10^-9.  A step along the weak
+    directions climbs the walls long before it ends, since the floor bends: f_nat goes with the square of a tilt.  Each
+    trial is therefore led back to the floor by steps along the strong directions alone, which need no other Jacobian,
+    and only then compared.  A trial costs a few motions, a Jacobian as many as there are free parameters.
+    """
+
+    def __init__(
+        self, shots: Sequence[RotorShot], layout: Layout, first: Sequence[RotorValues], window_s: float
+    ) -> None:
+        self._shots, self._layout, self._first, self._window_s = shots, layout, first, window_s
+
+    def linearised(self, values: Sequence[RotorValues], pool: Executor) -> _Normal:
+        """Raises RotorFitError."""
+        layout = self._layout
+        by_shot, matrix, gradient = [], np.zeros((layout.size, layout.size)), np.zeros(layout.size)
+        for shot, v, free, places in zip(self._shots, values, layout.free, layout.places, strict=True):
+            try:
+                found = linearised(shot, v, free, self._window_s, pool)
+            except (NoRestError, LostRotorError) as error:
+                raise RotorFitError(str(error)) from None
+            matrix[np.ix_(places, places)] += found.matrix
+            gradient[list(places)] += found.gradient
+            by_shot.append(found)
+        weight, pull, known = layout.prior(values, self._first)
+        matrix[np.diag_indices(layout.size)] += weight
+        chi2 = [one.chi2 for one in by_shot]
+        return _Normal(matrix, gradient + pull, chi2, [one.count for one in by_shot], sum(chi2) + known, by_shot)
+
+    def trial(self, values: Sequence[RotorValues], step: Array, normal: _Normal) -> _Point | None:
+        """Where a step leads, back on the floor; None where there is no such rotor.
+
+        Raises RotorFitError.
+        """
+        strong, weight = _strong_directions(normal.matrix)
+        best: _Point | None = None
+        for _ in range(1 + LIMITS.most_returns):
+            at = self._at(self._layout.moved(values, step))
+            if at is None or (best is not None and not at.total < best.total):
+                break
+            best = at
+            along = strong.T @ self._gradient(at, normal)
+            rise = at.total - normal.total
+            if not float(along @ (along / weight)) > max(LIMITS.settled_chi2, LIMITS.worth_returning * rise):
+                break
+            values, step = at.values, strong @ (along / weight)
+        return best
+
+    def _at(self, values: list[RotorValues]) -> _Point | None:
+        try:
+            left = [s.residual(v, self._window_s)[0] for s, v in zip(self._shots, values, strict=True)]
+        except (NoRestError, LostRotorError):
+            return None
+        known = self._layout.prior(values, self._first)[2]
+        return _Point(values, left, sum(float(r @ r) for r in left) + known)
+
+    def _gradient(self, at: _Point, normal: _Normal) -> Array:
+        """By the Jacobian of another point."""
+        out = self._layout.prior(at.values, self._first)[1]
+        for one, residual, places in zip(normal.by_shot, at.left, self._layout.places, strict=True):
+            out[list(places)] += one.columns @ residual.astype(np.float32)
+        return out
+
+
+def _strong_directions(matrix: Array) -> tuple[Array, Array]:
+    """Columns (size, k) along which the data tell most, and what they tell of a unit of each, (k,).
+
+    Raises RotorFitError.
+    """
+    size = np.diag(matrix)
+    if not np.all(size > 0.0):
+        raise RotorFitError("the shots do not determine the rotor's parameters")
+    scale = 1.0 / np.sqrt(size)
+    values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
+    strong = values > LIMITS.strong_share * values[-1]
+    return scale[:, None] * vectors[:, strong], values[strong]
+
+
+def settled(
+    shots: Sequence[RotorShot],
+    layout: Layout,
+    values: list[RotorValues],
+    first: Sequence[RotorValues],
+    window_s: float,
+    last: bool,
+    pool: Executor,
+) -> tuple[list[RotorValues], Array, list[float], list[float]]:
+    """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more.
+
+    last: no longer window follows.
+    """
+    most_steps, settled_chi2 = (
+        (LIMITS.most_steps, LIMITS.found_chi2) if last else (LIMITS.few_steps, LIMITS.settled_chi2)
+    )
+    valley = Valley(shots, layout, first, window_s)
+    damping, grows = LIMITS.first_damping, LIMITS.damping_grows
+    for _ in range(most_steps):
+        normal = valley.linearised(values, pool)
+        reached, expected = None, 0.0
+        while damping < LIMITS.most_damping:
+            damped = normal.matrix + damping * np.diag(np.diag(normal.matrix))
+            try:
+                step = np.asarray(np.linalg.solve(damped, normal.gradient), dtype=np.float64)
+            except np.linalg.LinAlgError:
+                raise RotorFitError("the shots do not determine the rotor's parameters") from None
+            expected = float(2.0 * normal.gradient @ step - step @ normal.matrix @ step)
+            if expected < settled_chi2:
+                break
+            reached = valley.trial(values, step, normal)
+            if reached is not None and reached.total < normal.total:
+                break
+            reached, damping, grows = None, damping * grows, 2.0 * grows
+            if expected < LIMITS.settled_chi2:  # so little is lost in the choice of the steps of a motion
+                break
+        if reached is None:
+            break
+        values, fall = reached.values, normal.total - reached.total
+        damping *= LIMITS.damping_falls if fall > LIMITS.good_fall * expected else 1.0
+        grows = LIMITS.damping_grows
+        if max(fall, LIMITS.good_fall * expected) < settled_chi2:
+            break
+    own = layout.size / len(shots)
+    return values, normal.matrix, normal.chi2, [count - own for count in normal.counts]
