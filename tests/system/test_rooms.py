@@ -43,7 +43,12 @@ def test_the_process_for_stop_loads_next_to_nothing():
 
 def test_the_web_process_starts_without_compiler_pictures_and_half_of_scipy():
     heavy = ("numba", "matplotlib", "scipy.stats", "scipy.signal", "scipy.optimize")
-    assert loaded("import platform_daemon.processes.web_process", heavy) == []
+    code = (
+        "import platform_daemon.processes.web_process;"
+        "from platform_daemon.core.web.server import feature_routers;"
+        "assert list(feature_routers())"
+    )
+    assert loaded(code, heavy) == []
 
 
 @pytest.mark.parametrize(
