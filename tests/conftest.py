@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import os
 import signal
 import sys
@@ -15,6 +16,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from platform_daemon.__main__ import SELDOM
+from platform_daemon.core.hardware import latency
 from platform_daemon.core.hardware.engine import Engine
 from platform_daemon.core.jobs.job_records import JobRecords
 from platform_daemon.core.settings import load_platform
@@ -81,7 +84,9 @@ _REAL_TIME = (
 def pytest_collection_finish() -> None:
     """From here on objects are collected; those of the collection itself live to the end, and are not looked at."""
     gc.freeze()
+    gc.set_threshold(*SELDOM)
     gc.enable()
+    latency.ALL_EVERY_S = math.inf  # a series would look through them once a minute, for 1.5 s of a processor
 
 
 # These wait more than they compute.  The first worker begins with them, beside others that compute: at the end, where

@@ -199,7 +199,8 @@ def compiled_but_few(place):
             if "screening" not in path.parts:
                 folder = place / _CacheLocator.get_suitable_cache_subpath(str(path.parents[1] / "any.py"))
                 folder.mkdir(parents=True, exist_ok=True)
-                kept.add(shutil.copy2(path, folder).name)
+                shutil.copy2(path, folder)
+                kept.add(path.name)
     return kept
 
 
