@@ -18,7 +18,7 @@ SWEEP = {"kind": "sweep", "acquisition": SHORT_JEWEL, "over": [{"key": "field_ut
 
 def queued(daemon):
     """A series that runs, and a series, a calibration and a procedure that wait; their locations."""
-    locations = [daemon.post("/acquisitions", {**LONG, "window": None}).headers["location"]]
+    locations = [daemon.post("/acquisitions", LONG).headers["location"]]
     wait_for(lambda: daemon.get(locations[0]).json()["progress"]["done"] >= 2)
     locations.append(daemon.post("/acquisitions", SHORT_JEWEL).headers["location"])
     locations.append(daemon.post("/calibrations", {"kind": "transmit"}).headers["location"])
