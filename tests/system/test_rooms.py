@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -86,6 +87,7 @@ def test_a_feature_is_named_in_few_files_of_the_daemon(word, most):
     assert len(named) <= most, [str(path.relative_to(ROOT)) for path in named]
 
 
+@cache
 def code_of(path: Path) -> str:
     """The names in a file: what is imported, defined and used, and no text."""
     names = []
