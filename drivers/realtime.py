@@ -28,6 +28,10 @@ def set_realtime_priority(clock: Clock) -> str | None:
 
 
 def set_ordinary_priority() -> None:
-    """Give the calling thread ordinary priority (SCHED_OTHER), whatever it has inherited."""
+    """Give the calling thread ordinary priority (SCHED_OTHER), if it has inherited that of `set_realtime_priority`.
+
+    One that runs when nobody else does (SCHED_IDLE) stays so: few accounts may leave that.
+    """
     with suppress(AttributeError):  # no Linux
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+        if os.sched_getscheduler(0) in (os.SCHED_RR, os.SCHED_FIFO):
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))

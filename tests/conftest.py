@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import os
 import signal
 import sys
@@ -15,6 +16,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from platform_daemon.__main__ import SELDOM
+from platform_daemon.core.hardware import latency
 from platform_daemon.core.hardware.engine import Engine
 from platform_daemon.core.jobs.job_records import JobRecords
 from platform_daemon.core.settings import load_platform
@@ -81,12 +84,26 @@ _REAL_TIME = (
 def pytest_collection_finish() -> None:
     """From here on objects are collected; those of the collection itself live to the end, and are not looked at."""
     gc.freeze()
+    gc.set_threshold(*SELDOM)
     gc.enable()
+    latency.ALL_EVERY_S = math.inf  # a series would look through them once a minute, for 1.5 s of a processor
 
 
 # These wait more than they compute.  The first worker begins with them, beside others that compute: at the end, where
 # they stand by the alphabet, all workers would wait at once.
 _FIRST = ("system/emulated/*", "drivers/*", "processes/*", "client/*")
+
+
+# Single ones of these take minutes in `make test-long`: each worker begins with some, since the last to begin would run
+# alone.
+_LONGEST = (
+    "testing/*",
+    "system/test_*.py",
+    "client/test_written_down.py",
+    "core/web/test_generated_client.py",
+    "features/reproduce/*",
+    "campaigns/test_attack_api.py",
+)
 
 
 @cache
@@ -95,9 +112,11 @@ def _is_among(path: Path, patterns: tuple[str, ...]) -> bool:
     return any(fnmatch(name, each) for each in patterns)
 
 
+@pytest.hookimpl(trylast=True)  # when the items are those that will run
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What waits stands first; real processes, sockets and clocks have one more attempt."""
+    """What waits stands first, behind what takes longest; real processes, sockets and clocks have one more attempt."""
     items.sort(key=lambda item: not _is_among(item.path, _FIRST))
+    items[:] = _in_shares(items, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
     for item in items:
         if (
             _is_among(item.path, _REAL_TIME)
@@ -105,6 +124,22 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             and "campaigns/faults" not in item.nodeid
         ):
             item.add_marker(pytest.mark.flaky(reruns=1))
+
+
+def _in_shares(items: list[pytest.Item], workers: int) -> list[pytest.Item]:
+    """The same for so many workers.  xdist has each begin with its share of the list: at its head are some of the
+    longest files."""
+    files: dict[Path, list[pytest.Item]] = {}
+    rest: list[pytest.Item] = []
+    for item in items:
+        (files.setdefault(item.path, []) if _is_among(item.path, _LONGEST) else rest).append(item)
+    ordered: list[pytest.Item] = []
+    for worker in range(workers):
+        head = [item for file in list(files.values())[worker::workers] for item in file]
+        others = max(0, len(items) * (worker + 1) // workers - len(ordered) - len(head))
+        ordered += [*head, *rest[:others]]
+        del rest[:others]
+    return [*ordered, *rest]
 
 
 @pytest.fixture(autouse=True)

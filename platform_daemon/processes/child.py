@@ -7,6 +7,7 @@ the process ends in order.  Over standard output the process reports the steps o
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import select
 import signal
@@ -150,11 +151,13 @@ class ParentLink:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
 
     def report(self, step: bytes) -> None:
-        """Report a step of the start.  After READY the process also sends heartbeats."""
+        """Report a step of the start.  After READY the process also sends heartbeats, and searches for garbage."""
         with contextlib.suppress(OSError):  # the parent has ended, which `end_with_parent` sees
             os.write(self._pipe, step)
         if step == READY:
             start_heartbeat(self._pipe)
+            gc.freeze()  # what has been loaded stays
+            gc.enable()
 
     def report_failure(self, error: str, *, nothing_moved: bool) -> None:
         """Report why the process ends.  error: one line; nothing_moved: its options are wrong."""

@@ -33,7 +33,7 @@ from .rules import rules_for
 
 log = structlog.get_logger()
 _NICE = 5
-PICTURES_AFTER_S = 15.0  # it takes four seconds of a processor, which the first shot may need
+PICTURES_AFTER_S = 60.0  # it takes three seconds of a processor, which the first shots may need
 # FastAPI passes pydantic an alias that has no effect; on the terminal the warning would worry users.
 _NOISE = "The 'alias' attribute with value 'body'"
 

@@ -150,7 +150,8 @@ def correlation_matrix(inputs: Sequence[InputQuantity], correlations: Correlatio
 
 def groups(correlation: Array) -> list[list[int]]:
     """Places of inputs that are correlated with each other, directly or through others."""
-    from scipy.sparse.csgraph import connected_components
-
-    count, label = connected_components(correlation != 0.0, directed=False)
-    return [np.flatnonzero(label == k).tolist() for k in range(count)]
+    label = np.arange(len(correlation))  # of scipy, connected_components takes longer than the rest of a budget
+    for one, other in zip(*np.nonzero(np.triu(correlation, 1)), strict=True):
+        first, second = sorted((label[one], label[other]))
+        label[label == second] = first
+    return [np.flatnonzero(label == k).tolist() for k in np.unique(label)]

@@ -26,6 +26,15 @@ def test_the_thread_gets_real_time_priority_where_permitted_with_those_it_starts
     assert at_last == policy() == os.SCHED_OTHER
 
 
+def test_one_that_runs_when_nobody_else_does_stays_so_because_few_accounts_may_leave_that():
+    def work():
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+        set_ordinary_priority()
+        return policy()
+
+    assert in_a_thread(work) == os.SCHED_IDLE
+
+
 def test_a_simulation_without_pauses_keeps_ordinary_priority():
     clock = types.SimpleNamespace(realtime=False)
     assert in_a_thread(lambda: (set_realtime_priority(clock), policy())) == (

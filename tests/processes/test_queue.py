@@ -60,13 +60,24 @@ def test_a_queue_survives_a_restart_and_is_worked_through_in_order(tmp_path, end
 
 
 @pytest.mark.long
-def test_a_procedure_that_waits_is_taken_up_and_no_step_of_one_that_ran(tmp_path):
+def test_a_waiting_procedure_is_taken_up_no_step_of_one_that_ran_what_cannot_be_planned_says_why_or_all_is_forgotten(
+    tmp_path,
+):
+    """Three daemons, one after the other: a start takes four seconds of a processor."""
     with served(tmp_path / "data") as daemon:
+        added = {key: value for key, value in daemon.get("/resonators/jewel").json().items() if value is not None}
+        assert daemon.post("/resonators?name=mine", added).status_code == 201
         slow = {**SWEEP, "acquisition": LONG}
         running = daemon.post("/procedures", slow).headers["location"]
         wait_for(lambda: daemon.get(running).json()["progress"]["done"] >= 1)
         waiting = daemon.post("/procedures", SWEEP).headers["location"]
+        of_mine = daemon.post("/acquisitions", {**SHORT_JEWEL, "resonator": "mine"}).headers["location"]
+    for file in (tmp_path / "data/resonators").iterdir():
+        file.unlink()
     with served(tmp_path / "data") as daemon:
+        job = ended(daemon, of_mine)
+        assert job["state"] == "failed"
+        assert "mine" in job["error"]["detail"]
         assert ended(daemon, waiting)["state"] == "done"
         assert ended(daemon, running)["state"] == "cancelled"
         time.sleep(0.5)
@@ -74,34 +85,12 @@ def test_a_procedure_that_waits_is_taken_up_and_no_step_of_one_that_ran(tmp_path
         steps = [step for job in daemon.get("/procedures").json()["items"] for step in job["result"]["steps"]]
         made = {acquisition for step in steps for acquisition in step["acquisitions"]}
         assert {job["id"] for job in daemon.get("/acquisitions").json()["items"]} >= made
-
-
-@pytest.mark.long
-def test_a_queue_can_be_forgotten_on_purpose(tmp_path):
-    with served(tmp_path / "data") as daemon:
         locations = queued(daemon)
     with served(tmp_path / "data", "--forget-queue") as daemon:
         for location in locations[1:]:
             job = ended(daemon, location)
             assert job["state"] == "cancelled"
             assert "--forget-queue" in job["warnings"][0]
-
-
-@pytest.mark.long
-def test_a_job_that_cannot_be_planned_any_more_says_why(tmp_path):
-    with served(tmp_path / "data") as daemon:
-        mine = json.loads(json.dumps(daemon.get("/resonators/jewel").json()))
-        added = {key: value for key, value in mine.items() if value is not None}
-        assert daemon.post("/resonators?name=mine", added).status_code == 201
-        running = daemon.post("/acquisitions", LONG).headers["location"]
-        wait_for(lambda: daemon.get(running).json()["state"] == "running")
-        location = daemon.post("/acquisitions", {**SHORT_JEWEL, "resonator": "mine"}).headers["location"]
-    for file in (tmp_path / "data/resonators").iterdir():
-        file.unlink()
-    with served(tmp_path / "data") as daemon:
-        job = ended(daemon, location)
-        assert job["state"] == "failed"
-        assert "mine" in job["error"]["detail"]
 
 
 def test_more_than_the_disk_can_take_is_refused_before_anything_moves(daemon):

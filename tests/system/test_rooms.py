@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -43,7 +44,12 @@ def test_the_process_for_stop_loads_next_to_nothing():
 
 def test_the_web_process_starts_without_compiler_pictures_and_half_of_scipy():
     heavy = ("numba", "matplotlib", "scipy.stats", "scipy.signal", "scipy.optimize")
-    assert loaded("import platform_daemon.processes.web_process", heavy) == []
+    code = (
+        "import platform_daemon.processes.web_process;"
+        "from platform_daemon.core.web.server import feature_routers;"
+        "assert list(feature_routers())"
+    )
+    assert loaded(code, heavy) == []
 
 
 @pytest.mark.parametrize(
@@ -81,6 +87,7 @@ def test_a_feature_is_named_in_few_files_of_the_daemon(word, most):
     assert len(named) <= most, [str(path.relative_to(ROOT)) for path in named]
 
 
+@cache
 def code_of(path: Path) -> str:
     """The names in a file: what is imported, defined and used, and no text."""
     names = []

@@ -5,14 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from drivers.errors import InputError
-from platform_daemon.features.fit.fit_request import FitSettings
-from platform_daemon.features.fit.known_moment import declared_specimen
-from platform_daemon.features.fit.measurement import VoltageMeasurement, open_shots_for_fit
 
 from .library import Measurands
 from .schema import MeasurandReport
-from .sensor import report_of
-from .shots import shots_of
 
 
 def stored_readings(
@@ -22,6 +17,14 @@ def stored_readings(
 
     Raises InputError, RecordingError.
     """
+    # Here, because the process that sends it needs none of it: numba and scipy take 0.7 s of a processor to load.
+    from platform_daemon.features.fit.fit_request import FitSettings
+    from platform_daemon.features.fit.known_moment import declared_specimen
+    from platform_daemon.features.fit.measurement import VoltageMeasurement, open_shots_for_fit
+
+    from .sensor import report_of
+    from .shots import shots_of
+
     measurement, ask = open_shots_for_fit(path, FitSettings(None, "d30"))
     kept = Measurands(folder)
     if calibration is not None:

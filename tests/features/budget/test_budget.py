@@ -14,7 +14,7 @@ from platform_daemon.features.budget.influences import pair_fields
 from platform_daemon.features.budget.response import response_of, turned_to_rodrigues
 from platform_daemon.features.budget.statistics import independent
 from platform_daemon.features.budget.work import monte_carlo_of, parts_of_fits, series_budgets, shot_budgets
-from platform_daemon.features.fit.fit import fit_measurement
+from platform_daemon.features.fit.fit import fit_frame_of, fit_measurement
 from platform_daemon.features.fit.fit_request import FitRequest
 from platform_daemon.features.fit.measurement import open_measurement
 from platform_daemon.features.fit.series_table import recorded_fits
@@ -279,11 +279,12 @@ def test_coverage():
         samples = scale * gains[:, None] * made.signal(0)
         again = pd_.from_arrays(np.arange(samples.shape[1]) / RATE_HZ, samples, variant="jewel")
         ask = FitRequest("jewel", "d30")
-        found = shot_budgets(again.measurement, 0, ask, declared=said)
+        fitted = fit_frame_of(again.measurement, 0, ask)
+        found = shot_budgets(again.measurement, 0, ask, fit=fitted, declared=said)
         for name in ("f_nat_hz", "m_r_am2", "lambda_per_s"):
             low, high = found.of(name).interval
             covered[name] += low <= made.truth[name] <= high
-        low, high = shot_budgets(again.measurement, 0, ask, declared=silent).of("f_nat_hz").interval
+        low, high = shot_budgets(again.measurement, 0, ask, fit=fitted, declared=silent).of("f_nat_hz").interval
         covered["silent"] += low <= made.truth["f_nat_hz"] <= high
     print(covered)
     for name in ("f_nat_hz", "m_r_am2", "lambda_per_s"):
