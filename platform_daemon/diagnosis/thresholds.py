@@ -346,14 +346,14 @@ class RigidBody:
     start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
     start_m: float = 1e-4  # displacement, likewise [unset]
     near_rad: float = 0.1  # between the orientation of one angle and the declared one, up to which they are one [unset]
-    # Of the grid where it is further: largest size of an error, sizes of each sign, f_nat above the main mode over the
-    # square of the size a tilt would have, m_r over the stator's by the drawing, damping of side modes, 1/s [unset]
-    largest_rad: float = 0.055
-    largest_m: float = 3.5e-4
-    grid_sizes: int = 10
+    # The grid where it is further
+    largest_rad: float = 0.055  # largest tilt [unset]
+    largest_m: float = 3.5e-4  # largest displacement [unset]
+    grid_sizes: int = 10  # sizes of each sign [unset]
+    # f_nat above the main mode over the square of the size that a tilt would have [unset]
     grid_softening: tuple[float, ...] = (0.0, 1.5, 3.0, 4.5)
-    grid_moments: tuple[float, ...] = (0.65, 0.7, 0.75, 0.8, 0.85, 0.9)
-    grid_side_damping_per_s: tuple[float, ...] = (5.0, 20.0)
+    grid_moments: tuple[float, ...] = (0.65, 0.7, 0.75, 0.8, 0.85, 0.9)  # m_r over the stator's by the drawing [unset]
+    grid_side_damping_per_s: tuple[float, ...] = (5.0, 20.0)  # 1/s of side modes [unset]
     grid_kept: int = 4  # points of each kind from which fits begin [unset]
     # 1/s, lambda at the start, least and most: that of one angle takes what goes to side modes and slip [unset]
     damping_per_s: tuple[float, float] = (0.05, 0.1)

@@ -29,6 +29,7 @@ from platform_daemon.estimation.physics.models import model_named
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
 from platform_daemon.estimation.rotor_fit.shot import RotorContext
+from platform_daemon.features.fit.known_weight import weight_over_pull
 from platform_daemon.features.fit.rotor_context import rotor_geometry
 from sim_backend.study import play
 from tests.kit.data import CONFIG
@@ -125,9 +126,14 @@ def resonator_text(case: Case) -> str:
     return "\n".join([*kept, *([] if case.kind == NONE else ["[defects]", f"{key} = {value}"]), ""])
 
 
+def specimen_of(case: Case) -> Specimen:
+    """The resonator."""
+    return Specimen.model_validate(tomllib.loads(resonator_text(case)))
+
+
 def shot_of(case: Case, rx_s: float) -> tuple[DiagnosisShot, dict[str, Any]]:
     """A shot from rest as the diagnosis takes it, and its truth."""
-    specimen = Specimen.model_validate(tomllib.loads(resonator_text(case)))
+    specimen = specimen_of(case)
     bench = Bench(None, seed=case.seed)
     program = timeline(bench.channels[0], 1e-6 * case.field_ut, rx=int(rx_s * CLOCK.rate_hz), periods=PERIODS)
     (shot,) = play(bench.backend, specimen, program, shots=1, lna_gain=GAIN)
@@ -155,7 +161,7 @@ def outcome(case: Case, rx_s: float) -> Outcome:
     shot, truth = shot_of(case, rx_s)
     began_s = time.process_time()
     try:
-        found = diagnose_shots([shot], model_named(case.bearing))
+        found = diagnose_shots([shot], model_named(case.bearing).under_weight(weight_over_pull(specimen_of(case))))
     except DiagnosisError:
         return Outcome(case, "refused", (), (), None, {}, None, time.process_time() - began_s)
     return judged(case, diagnosis_report(found, seconds=time.process_time() - began_s).model_dump(mode="json"), truth)

@@ -92,7 +92,6 @@ NOT_TUNED = {
     "physics/trajectory/table_range.py": (LAYOUT, {3, 4, 5}),
     "prepared_record.py": (GEOMETRY, {3}),
     "record.py": (GEOMETRY, {3}),
-    "rotor_fit/fit.py": ("the cube of Nielsen's rule for the damping", {3}),
     "screening/angle_cycles.py": (
         "mean of neighbours; parabola; variance of a third difference",
         {0.25, 1.5, 3, 4.0, 20.0},

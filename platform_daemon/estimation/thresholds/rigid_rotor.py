@@ -25,7 +25,7 @@ class RigidRotorThresholds:
     last_step_share: float = tuned(1e-3, "1", "of a step, by which it may be longer to end where it must")
     shortest_step_s: float = tuned(1e-13, "s", "below which the motion cannot be followed")
     most_steps_per_s: float = tuned(
-        1e6, "1/s", "beyond which values are far from any rotor: a jewel's contact takes 8e4, a thread 2e4"
+        3e6, "1/s", "beyond which values are far from any rotor: a jewel takes 8e4, at rest 1.4e6, a thread 2e4"
     )
     tolerance: float = tuned(
         1e-9, "1", "error per step of the swing, of 1 for directions and of omega_nat for speeds", AGREEMENT
