@@ -27,6 +27,7 @@ from .findings.rotor_findings import (
     rotor_notes,
     rotor_scores,
     unsearched,
+    worth_measuring,
 )
 from .findings.rotor_parting import parting
 from .findings.side_modes import with_side_modes
@@ -174,12 +175,13 @@ def _diagnose(
     plane = plane_test(swings) if swings else None
     if plane is not None and plane.may_leave and (solved := _rotor(swings, model, plane, pool)) is not None:
         declared, rotor = solved
+        of_rotor = _of_rotor(declared, plane, rotor, pool, searched=False)
         return replace(
-            _of_rotor(declared, plane, rotor, pool),
+            of_rotor,
             shots=tuple(shots),
             refused=tuple(hopeless),
             integrity=(*defects, *flawed, *gaps),
-            notes=(*remarks, *test(declared), *plane_notes(plane, shots), *rotor_notes(rotor)),
+            notes=(*remarks, *test(declared), *plane_notes(plane, shots), *of_rotor.notes),
             seconds=time.perf_counter() - began_s,
         )
     if not prepared:
@@ -199,12 +201,13 @@ def _diagnose(
         base = searched.found.base
         beside = manufacturing_error(base, pool)
         if beside is not None and leaves_less(beside, searched.final, searched.verdict):
+            of_rotor = _of_rotor(base, plane, beside, pool, searched=True)
             return replace(
-                _of_rotor(base, plane, beside, pool),
+                of_rotor,
                 shots=tuple(shots),
                 refused=tuple(refused),
                 integrity=(*defects, *flawed, *gaps),
-                notes=(*remarks, *test(base), *rotor_notes(beside)),
+                notes=(*remarks, *test(base), *of_rotor.notes),
                 seconds=time.perf_counter() - began_s,
             )
     progress("parameters before and after", 0.9)
@@ -325,8 +328,11 @@ def _rotor(
     return None if rotor is None else (declared, rotor)
 
 
-def _of_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool: Executor) -> Diagnosis:
+def _of_rotor(
+    base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool: Executor, *, searched: bool
+) -> Diagnosis:
     """The diagnosis that a rotor of five degrees of freedom explains, without shots, defects of the data, and time."""
+    ways = parting(rotor, pool)
     before, after = cross_validate(base, pool), rotor_scores(rotor)
     return Diagnosis(
         shots=(),
@@ -347,8 +353,8 @@ def _of_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool:
         sigma_after={},
         torque=None,
         moving=moving_parameters(base, pool),
-        next_measurements=parting(rotor, pool),
-        notes=(),
+        next_measurements=worth_measuring(ways),
+        notes=rotor_notes(rotor, ways, searched=searched),
         seconds=0.0,
         plane=plane,
         rotor=rotor,

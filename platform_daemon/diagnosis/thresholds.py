@@ -372,6 +372,7 @@ class RigidBody:
     start_phases: int = 8  # of a swing that is left of the shot before, at which a fit begins [unset]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
+    worth_sigma: float = 1.0  # by which a measurement would part look-alikes, at least; less is none [digits]
     equal_chi2: float = 1.0  # difference of chi^2 by which an error is not preferred to a simpler one [noise: 0.3]
 
 

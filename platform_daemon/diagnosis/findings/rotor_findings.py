@@ -23,8 +23,9 @@ from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS
 
 from .accepted_effects import AcceptedEffect
+from .next_measurements import Proposal
 
-_RIGID = THRESHOLDS.rigid_body
+_WORTH_SIGMA = THRESHOLDS.rigid_body.worth_sigma
 
 
 def unsearched(base: JointFit, pool: Executor) -> Selection:
@@ -101,15 +102,29 @@ def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVe
     return left + worth < final.chi2
 
 
-def rotor_notes(rotor: ManufacturingError) -> tuple[str, ...]:
-    """What it is, in words."""
+def rotor_notes(rotor: ManufacturingError, parting: Sequence[Proposal], *, searched: bool) -> tuple[str, ...]:
+    """What it is, in words; parting: what would part it from its look-alikes; searched: effects of one angle were."""
     alike = "".join(f", or {a.in_words}" for a in rotor.alike)
     fit = rotor.fit
     return (
         f"{rotor.in_words}{alike}: a rotor of five degrees of freedom, from rest through the recorded drive, leaves "
         f"chi2/dof {fit.chi2_per_dof:.4g} over {fit.window_s:.3g} s",
-        "effects of one angle were not searched beside it",
+        "effects of one angle leave more" if searched else "effects of one angle were not searched beside it",
+        *(_not_parted(rotor, parting[0]) if parting and parting[0].expected_sigma < _WORTH_SIGMA else ()),
     )
+
+
+def _not_parted(rotor: ManufacturingError, best: Proposal) -> tuple[str, ...]:
+    names = " and ".join((rotor.effect.id, *dict.fromkeys(a.effect.id for a in rotor.alike)))
+    return (
+        f"no measurement that is known here would part {names}: at best {best.expected_sigma:.2g} standard deviations "
+        f"({best.measurement.what})",
+    )
+
+
+def worth_measuring(parting: Sequence[Proposal]) -> tuple[Proposal, ...]:
+    """Those that would part look-alikes by a standard deviation or more."""
+    return tuple(p for p in parting if p.expected_sigma >= _WORTH_SIGMA)
 
 
 def plane_notes(plane: PlaneTest | None, shots: Sequence[DiagnosisShot]) -> tuple[str, ...]:
