@@ -207,9 +207,9 @@ def document(outcomes: Sequence[Outcome], rx_s: float) -> str:
         [
             "# Drawn manufacturing errors of simulated rotors",
             "",
-            f"One shot of {rx_s:g} s each, made by the simulated platform and diagnosed; "
-            f"`python -m {__spec__.name} {' '.join(sys.argv[1:])}`".rstrip()
-            + " wrote this page.",
+            f"One shot of {rx_s:g} s each, made by the simulated platform and diagnosed; `make defect-study "
+            f"DEFECTS='--errors {len(faulty)}",
+            f"--perfect {len(perfect)} --page docs/evidence/defect-study.md'` writes this page.",
             "",
             f"* Kind named or in the declared set: {sum(o.kind_right for o in faulty)} of {len(faulty)}.",
             f"* Size, where the kind is named, and constants within {SURE:g} standard errors: "
