@@ -84,7 +84,8 @@ def candidates_for(base: JointFit) -> list[Candidate]:
     if record.quantity == "angle":
         fastest = max(2.0 * s.dynamics.w * math.sin(0.5 * abs(s.dynamics.amplitude)) for s in base.states)
         longest_s = max(float(s.time_s[-1]) for s in base.prepared)
-        return [*pendulum_candidates(model, fastest, longest_s), *zero_drifts(longest_s), *kicks(base)]
+        largest = max(abs(s.dynamics.amplitude) for s in base.states)
+        return [*pendulum_candidates(model, fastest, longest_s, largest), *zero_drifts(longest_s), *kicks(base)]
     small = all(abs(s.dynamics.amplitude) < THRESHOLDS.effects.hertz_law_rad for s in base.states)
     found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
     # A weak drift too: without it others imitate one that comes to rest.

@@ -138,19 +138,32 @@ def _effect_of(term: TorqueTerm) -> Effect:
     )
 
 
-def pendulum_candidates(model: RingDownModel, fastest_rad_per_s: float, seconds: float) -> list[Candidate]:
+def pendulum_candidates(
+    model: RingDownModel, fastest_rad_per_s: float, seconds: float, largest_rad: float
+) -> list[Candidate]:
     """Torques on a swing whose angle is read: no Hertz contact, but a friction that falls with the speed, and springs.
 
-    fastest_rad_per_s: peak speed of the swing; seconds: length of its window.
+    fastest_rad_per_s: peak speed of the swing; seconds: length of its window; largest_rad: its amplitude.
     """
     plain = [*torque_candidates(model, jewel_law=False), Candidate(CUBIC, term=TERMS["cubic_restoring"])]
-    plain = [replace(c, largest=_LARGEST.get(c.effect.id, c.largest)) for c in plain if c.term not in model.terms]
+    limits = largest_springs(largest_rad)
+    plain = [replace(c, largest=limits.get(c.effect.id, c.largest)) for c in plain if c.term not in model.terms]
     found = [*plain, replace(drift_candidate(), largest=_LIMITS.largest_drift / seconds)]
     found.append(settling_candidate(seconds))
     if TERMS["stribeck_coulomb_friction"] not in model.terms:
         bounds = _LIMITS.slowest_scale * fastest_rad_per_s, _LIMITS.fastest_scale * fastest_rad_per_s
         found.append(_of_pendulum(_LIMITS.first_scale * fastest_rad_per_s, *bounds))
     return found
+
+
+def largest_springs(largest_rad: float) -> dict[str, float]:
+    """Strengths beyond which a term is another spring, by effect, for swings up to this amplitude in rad.
+
+    Of the restoring torque a term that grows with the square of the amplitude beside it is as large a share in a small
+    swing only with a greater strength. Larger swings than 1 rad have the limits at 1 rad.
+    """
+    as_share = max(1.0, largest_rad**-2)
+    return {name: limit if name == "torsion_stiffness" else as_share * limit for name, limit in _LARGEST.items()}
 
 
 def _of_pendulum(speed: float, slowest: float, fastest: float) -> Candidate:

@@ -28,10 +28,10 @@ _LIMITS = THRESHOLDS.findings
 GAP = Effect(
     id="clock_gap",
     unit="samples",
-    sign=1,
+    sign=0,
     separates=(),
     signature="the phase steps at one sample",
-    source="samples that the card or its link has lost",
+    source="samples that the card or its link has lost, or stored twice: then negative",
 )
 
 

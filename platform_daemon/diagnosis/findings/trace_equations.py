@@ -15,7 +15,7 @@ from platform_daemon.diagnosis.regression.linearised_shot import LinearisedShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
 
-from .knot_responses import KnotResponses, knot_responses, moving_parameters_of, splines
+from .knot_responses import KnotResponses, SlowMotion, knot_responses, moving_parameters_of
 from .trace_shapes import Course
 
 _LIMITS = THRESHOLDS.findings
@@ -62,13 +62,7 @@ class TraceEquations:
         return knot_responses(at.prepared[k], at.linear[k], at.hypothesis.model, self.moving, self._knots[group])
 
     def _course(self, group: int) -> Course:
-        """Time, amplitude and speed at the knots, means over the shots."""
-        knots, found = self._knots[group], []
-        for r in self.shots[group]:
-            both = np.stack([r.motion.amplitude, r.motion.peak_speed], axis=1)
-            found.append(np.linalg.lstsq(splines(r.motion.time_s, knots).T, both, rcond=None)[0].T)
-        amplitude, speed = (np.mean([f[n] for f in found], axis=0) for n in range(2))
-        return Course(knots, amplitude, speed)
+        return mean_course(self._knots[group], [r.motion for r in self.shots[group]])
 
     def _summed(self) -> tuple[Array, Array]:
         """Of the steps between knots: parameter by parameter, group by group."""
@@ -139,6 +133,23 @@ class TraceEquations:
             at = self._at
             found += [(r, at.linear[k], at.prepared[k].time_s, trace) for k, r in zip(group, shots, strict=True)]
         return found
+
+
+def mean_course(knots: Array, motions: Sequence[SlowMotion]) -> Course:
+    """Amplitude and peak speed at the knots (n,) in s, means over the shots that last so long.
+
+    They are read off the motion, so that none is beyond what the swing had: a spline through a swing that comes to rest
+    overshoots.
+    """
+
+    # A block more than there is: the last knot may be behind the last edge by a rounding.
+    lasts = np.stack([knots < 2.0 * m.time_s[-1] - m.time_s[-2] for m in motions])
+
+    def mean(rows: Sequence[Array]) -> Array:
+        read = [np.interp(knots, m.time_s, row) for m, row in zip(motions, rows, strict=True)]
+        return np.asarray(np.average(read, axis=0, weights=lasts))
+
+    return Course(knots, mean([m.amplitude for m in motions]), mean([m.peak_speed for m in motions]))
 
 
 def stairs(size: int) -> Array:

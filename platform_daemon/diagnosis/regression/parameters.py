@@ -41,7 +41,10 @@ class Mean:
 
 
 def public_parameters(at: JointFit, k: int, *, common: bool = True) -> PublicParameters:
-    """Public parameters of shot k; common: errors include those of the common strengths.  LostTrajectoryError."""
+    """Public parameters of shot k, with errors that a residual of more than noise widens.
+
+    common: errors include those of the common strengths.  Raises LostTrajectoryError.
+    """
     linear, state = at.linear[k], at.full_state(k)
     mask = at.hypothesis.declared(state.size)
     mask[np.flatnonzero(mask)[~linear.free]] = False
@@ -64,7 +67,7 @@ def public_parameters(at: JointFit, k: int, *, common: bool = True) -> PublicPar
         whole += follow @ at.covariance @ follow.T
         mask[places] = True
     matrix = np.zeros((state.size, state.size))
-    matrix[np.ix_(mask, mask)] = inverse(whole[np.ix_(mask, mask)])
+    matrix[np.ix_(mask, mask)] = inverse(at.noise_factor * whole[np.ix_(mask, mask)])
     nothing = np.zeros(state.offsets.size)
     normal = NormalEquations(
         chi2=0.0,

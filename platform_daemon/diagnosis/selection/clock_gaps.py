@@ -1,4 +1,4 @@
-"""Clock gaps that the samples themselves show are filled with samples, without a model of the motion."""
+"""Clock gaps that the samples themselves show are filled, and repeated samples left out, without a model of motion."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from platform_daemon.estimation.physics.trajectory.turning_points import turning
 from platform_daemon.estimation.screening.angle_cycles import find_half_cycles
 from platform_daemon.estimation.screening.oscillation import find_oscillation
 
-from .data_integrity import DataDefect, likeliest_jump
+from .data_integrity import DataDefect, gap_in_words, likeliest_jump
 from .local_swing import Stretch
 from .phase_steps import PhaseStep, lost_samples
 
@@ -72,7 +72,7 @@ def _filled(
             break
         for step in reversed(steps):
             shot = _with_samples(shot, step)
-            where = f"{shot.name}: {step.samples} samples are missing before sample {step.at}"
+            where = gap_in_words(shot.name, step.samples, step.at)
             found.append(
                 DataDefect(
                     id="clock_gap", where=where, shot=k, at=step.at, value=step.size, sd=step.sd, log_p=step.log_p
@@ -93,10 +93,10 @@ def _losses(shot: DiagnosisShot, local: Frequency, periods: float, points: int) 
 
 
 def _with_samples(shot: DiagnosisShot, step: PhaseStep) -> DiagnosisShot:
-    """The shot with the missing samples inserted, cut to its former length."""
-    y, at = shot.record.samples, step.at
-    samples = np.concatenate([y[:, :at], step.filled, y[:, at:]], axis=1)[:, : y.shape[1]]
-    record = replace(shot.record, samples=samples)
+    """The shot with the missing samples inserted, cut to its former length; or without the repeated ones, shorter."""
+    y, at, repeated = shot.record.samples, step.at, max(-step.samples, 0)
+    samples = np.concatenate([y[:, :at], step.filled, y[:, at + repeated :]], axis=1)[:, : y.shape[1]]
+    record = replace(shot.record, samples=samples, valid_to=shot.record.end - repeated)
     # A step of the phase spreads over the spectrum: noise measured in other bands contains some of it.
     noise = shot.noise if "blank" in shot.noise.source else estimate_noise(record)
     return replace(shot, record=record, noise=noise)

@@ -98,10 +98,17 @@ def merged(gaps: Sequence[DataDefect]) -> list[DataDefect]:
         first = found.get((gap.shot, gap.at))
         if first is not None:
             size = round(first.value or 0.0) + (gap.value or 0.0)
-            where = f"{first.where.split(':')[0]}: {round(size)} samples are missing before sample {gap.at}"
+            where = gap_in_words(first.where.split(":")[0], round(size), gap.at)
             gap = replace(gap, value=size, where=where, log_p=min(first.log_p, gap.log_p))
         found[gap.shot, gap.at] = gap
     return list(found.values())
+
+
+def gap_in_words(name: str, samples: int, at: int | None) -> str:
+    """Of a shot by its name; samples: how many are missing, negative if they are repeated."""
+    if samples < 0:
+        return f"{name}: {-samples} samples stand twice, again from sample {at} on"
+    return f"{name}: {samples} samples are missing before sample {at}"
 
 
 def _known_place(at: int, samples: int, places: Mapping[int, int], reach: float) -> int | None:
@@ -143,7 +150,7 @@ def _gap_filled(
         prepared = _filled(prepared, at, samples)
         linear, state = per_shot_fit(replace(prepared, state=state), hypothesis, _NO_STRENGTHS)
         prepared = replace(prepared, state=state)
-        where = f"{prepared.shot.name}: {samples} samples are missing before sample {at}"
+        where = gap_in_words(prepared.shot.name, samples, at)
         found.append(DataDefect(id="clock_gap", where=where, shot=k, at=at, value=step, sd=sd, log_p=log_p))
     return prepared, found
 

@@ -1,4 +1,8 @@
-"""Score of a kick at every instant of a single recorded swing, from cumulative sums over all later instants."""
+"""Score of a kick at every instant of a single recorded swing, from cumulative sums over all later instants.
+
+What a law of friction is wrong by can look like a kick in the whole record. The few periods around the instant tell
+them apart: there everything slow is a sum of harmonics of slowly changing size, and a step of the velocity is not.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +11,12 @@ import math
 import numpy as np
 
 from platform_daemon.diagnosis.effects.effect import Candidate
-from platform_daemon.diagnosis.effects.kick import kick, kick_shares
+from platform_daemon.diagnosis.effects.kick import KICK, kick, kick_shares
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
+
+from .local_swing import waves
 
 _LIMITS = THRESHOLDS.selection
 
@@ -31,6 +37,36 @@ def kicks(at: JointFit) -> list[Candidate]:
         found.append(kick(float(time[place]), period, linearisation.prepared.shot.rate_hz, float(time.size)))
         gain[np.abs(time - time[place]) < _LIMITS.kick_spacing_periods * period] = 0.0
     return found
+
+
+def kick_missing(at: JointFit) -> bool:
+    """True if the swing around the instant of a fitted kick surely shows less than a part of it.
+
+    A kick that is too small to be seen in so few periods is not missing.
+    """
+    pairs = zip(at.hypothesis.common, at.hypothesis.slices, strict=True)
+    return any(_missing(at, c.detail.sample or 0, where) for c, where in pairs if c.effect is KICK)
+
+
+def _missing(at: JointFit, sample: int, where: slice) -> bool:
+    """Of the kick at a sample, whose strength is at this place."""
+    linear, record = at.linear[0], at.prepared[0].shot.record
+    frequency_hz = at.states[0].dynamics.w / (2.0 * math.pi)
+    time = linear.linearisation.time_s - sample * record.dt_s
+    near = np.abs(time) < _LIMITS.kick_margin_periods / frequency_hz
+    slow = waves(time[near], frequency_hz, _LIMITS.kick_margin_periods / frequency_hz)[0].T
+    if slow.shape[0] < slow.shape[1] + _LIMITS.kick_free_instants:
+        return False
+    q = np.linalg.qr(slow)[0]
+    strength, column = float(at.strengths[where][0]), linear.columns[near, where][:, 0]
+    column, left = column - q @ (q.T @ column), linear.residual[near] - q @ (q.T @ linear.residual[near])
+    power = float(column @ column)
+    more = float(column @ left) / max(power, 1e-300)
+    rest = left - more * column
+    sd = math.sqrt(max(1.0, float(rest @ rest) / (rest.size - q.shape[1] - 1)) / max(power, 1e-300))
+    return math.copysign(1.0, strength) * (strength + more) + _LIMITS.kick_sigma * sd < (
+        _LIMITS.kick_local_share * abs(strength)
+    )
 
 
 def _gains(at: JointFit) -> Array:

@@ -131,7 +131,7 @@ class Blocks:
         return np.asarray(inside.T), max(chi2, 0.0)
 
     def chi2(self, size: float) -> float:
-        """chi^2 for `size` lost samples."""
+        """chi^2 for `size` lost samples; of repeated ones the size is negative."""
         return self.fitted(size)[1]
 
     def kicked(self) -> float:
@@ -142,19 +142,24 @@ class Blocks:
         rows = self.weight * np.concatenate([waves(self.time, self.frequency, self.half)[0], more])
         return float(np.sum((self.y - _sizes(rows, self.y) @ rows) ** 2))
 
-    def sizes(self) -> list[float]:
-        """Losses of up to two periods that explain about as well as the best does, smallest first."""
-        tried = np.arange(2 * _LIMITS.tried_losses + 1) / (self.frequency * _LIMITS.tried_losses)
+    def sizes(self, *, repeated: bool) -> list[float]:
+        """Losses of up to two periods that explain about as well as the best does, smallest first.
+
+        repeated: repeats of samples, whose sizes are negative, are tried too.
+        """
+        repeats = int(_LIMITS.most_repeated_periods * _LIMITS.tried_losses) if repeated else 0
+        tried = np.arange(-repeats, 2 * _LIMITS.tried_losses + 1) / (self.frequency * _LIMITS.tried_losses)
         found = [self.chi2(float(s)) for s in tried]
         lowest = [k for k in range(len(found)) if found[k] == min(found[max(0, k - 1) : k + 2])]
-        polished = [(self.chi2(s), s) for s in (self.polished(float(tried[k])) for k in lowest)]
+        polished = [(self.chi2(s), s) for s in (self.polished(float(tried[k]), float(tried[0])) for k in lowest)]
         least = min(polished)[0]
-        return [s for chi2, s in polished if chi2 <= least * (1.0 + _LIMITS.as_good_chi2 / self.y.size)]
+        as_good = [s for chi2, s in polished if chi2 <= least * (1.0 + _LIMITS.as_good_chi2 / self.y.size)]
+        return sorted(as_good, key=abs)
 
-    def polished(self, around: float) -> float:
-        """A loss near one, not necessarily whole, that explains best."""
+    def polished(self, around: float, least: float = -math.inf) -> float:
+        """A loss near one and from a least one on, not necessarily whole, that explains best."""
         width = 1.0 / (self.frequency * _LIMITS.tried_losses)
-        bounds = (max(around - width, 0.0), around + width)
+        bounds = (max(around - width, least), around + width)
         return float(
             minimize_scalar(self.chi2, bounds=bounds, method="bounded", options={"xatol": _LIMITS.loss_tolerance}).x
         )

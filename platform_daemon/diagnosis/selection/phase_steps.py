@@ -1,8 +1,9 @@
-"""Clock gaps in the samples themselves: the swing continues, but later than it should.
+"""Clock gaps in the samples themselves: the swing continues, but later than it should, or earlier.
 
 In windows of few periods any swing is a sum of harmonics of slowly changing size, whatever its torques are. Where
-samples are missing, what comes after is the same sum a whole number of samples later. A torque bends the phase slowly;
-a kick turns it too, but leaves the angle where it was. No model of the motion is needed.
+samples are missing, what comes after is the same sum a whole number of samples later; where samples stand twice, as
+many earlier. A torque bends the phase slowly; a kick turns it too, but leaves the angle where it was. No model of the
+motion is needed.
 """
 
 from __future__ import annotations
@@ -25,12 +26,13 @@ _LIMITS = THRESHOLDS.selection
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseStep:
-    """Lost samples.
+    """Lost samples, or repeated ones.
 
     Attributes:
-        at: first sample after them. samples: how many, whole; size, sd: as they were measured.
+        at: first sample after them, of repeated ones the first that stands there again.
+        samples: how many, whole, negative if they are repeated; size, sd: as they were measured.
         log_p: logarithm of the chance of such a step by noise.
-        filled: (channels, samples) what the swing would have shown there.
+        filled: (channels, samples) what the swing would have shown there; none where samples are repeated.
     """
 
     at: int
@@ -57,7 +59,8 @@ def lost_samples(stretch: Stretch) -> list[PhaseStep]:
     for at in sorted(suspects, key=lambda at: suspects[at]):
         reach = 2.0 * stretch.periods / stretch.frequency(float(at))
         if all(abs(at - f.at) > reach for f in found):
-            step = _measured(stretch, at)
+            # Where a good part of a period is lost, a repeat may lead to a place where neither explains.
+            step = _measured(stretch, at, repeated=True) or _measured(stretch, at, repeated=False)
             if step is not None and all(abs(step.at - f.at) > reach for f in found):
                 found.append(step)
     return sorted(found, key=lambda f: f.at)
@@ -182,20 +185,20 @@ def _variance(rest: Array, fitted: int) -> float:
     return float(lags[0]) / (rest.shape[0] * max(n - fitted, 1)) * max(1.0, together - 0.5)
 
 
-def _measured(stretch: Stretch, near: int) -> PhaseStep | None:
+def _measured(stretch: Stretch, near: int, *, repeated: bool) -> PhaseStep | None:
     """The step near a sample, at every sample; None if it is none of whole samples, or a kick explains as much.
 
     The size comes from a long window, since a short one hardly excludes a gap that is a period longer; the place comes
     from a short one, where the waves follow any swing.
     """
-    at = _first_place(stretch, near)
+    at = _first_place(stretch, near, repeated=repeated)
     for _ in range(_LIMITS.most_step_moves):
         wide, begin = window(stretch, at, stretch.periods)
         seen, first = window(stretch, at, _LIMITS.window_shares[-1] * stretch.periods)
         margin = _LIMITS.step_margin_periods / seen.frequency
         if not margin < at - first < seen.time.size - margin:
             return None
-        size = _size(wide.split(at - begin), seen.split(at - first))
+        size = _size(wide.split(at - begin), seen.split(at - first), repeated=repeated)
         there = first + seen.place(at - first, size)
         if there == at:
             break
@@ -227,16 +230,16 @@ def _misfit(seen: Window, at: int) -> float:
     return max(0.0, parts.chi2(0.0) - parts.y.size)
 
 
-def _size(wide: Blocks, near: Blocks) -> float:
+def _size(wide: Blocks, near: Blocks, *, repeated: bool) -> float:
     """The least loss that explains well; where waves do not follow a large swing for long, that of the short window."""
-    size = wide.sizes()[0]
+    size = wide.sizes(repeated=repeated)[0]
     if wide.chi2(size) < _LIMITS.followed_chi2_per_value * wide.y.size:
         return size
-    other = near.sizes()[0]
+    other = near.sizes(repeated=repeated)[0]
     return other if near.chi2(other) < _LIMITS.followed_chi2_per_value * near.y.size else size
 
 
-def _first_place(stretch: Stretch, near: int) -> int:
+def _first_place(stretch: Stretch, near: int, *, repeated: bool) -> int:
     """The best start of the search near a sample: an error of a tenth of a period hides the size of a gap."""
     reach = 1.0 / stretch.frequency(float(near))
     found: dict[int, float] = {}
@@ -244,7 +247,7 @@ def _first_place(stretch: Stretch, near: int) -> int:
         wide, begin = window(stretch, at, stretch.periods)
         if 0 < at - begin < wide.time.size:
             parts = wide.split(at - begin)
-            found[at] = min(parts.chi2(s) for s in parts.sizes())
+            found[at] = min(parts.chi2(s) for s in parts.sizes(repeated=repeated))
     return min(found, key=lambda at: found[at], default=near)
 
 
@@ -257,9 +260,9 @@ def _judged(parts: Blocks, size: float, place: float, scale: Array, at: int) -> 
     sd = 0.5 * math.sqrt(2.0 * noise / max(curve, 1e-300))
     left = max(best - parts.y.size, 0.0)
     sure = (
-        whole >= 1
+        abs(whole) >= 1
         and abs(size - whole) < max(_LIMITS.step_whole_samples, _LIMITS.whole_sigma * sd)
-        and sd < min(0.5, size / _LIMITS.step_seen_sigma)
+        and sd < min(0.5, abs(size) / _LIMITS.step_seen_sigma)
     )
     if (
         not sure

@@ -18,7 +18,7 @@ from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.shots.thread_pool import InlineExecutor
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 
-from .kick_search import kicks
+from .kick_search import kick_missing, kicks
 from .refits import allowed_refit, refined
 from .scales import at_best_scales
 from .sign_constraints import negative_effects, signs_allowed
@@ -120,7 +120,8 @@ def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list
     fits = sorted((f for f in found if signs_allowed(f)), key=lambda f: f.chi2)
     front = [f for f in fits if f.chi2 < _LIMITS.worth_a_scale * fits[0].chi2][: _LIMITS.sharpened_sets]
     sharp = list(every(lambda f: refined(at_best_scales(f, inner), inner), front))
-    return sorted((f for f in (*sharp, *fits[len(front) :]) if signs_allowed(f)), key=lambda f: f.chi2)
+    possible = (f for f in (*sharp, *fits[len(front) :]) if signs_allowed(f) and not kick_missing(f))
+    return sorted(possible, key=lambda f: f.chi2)
 
 
 def _better(best: TorqueSet, allowed: Sequence[JointFit], trials: float, pool: Executor) -> TorqueSet:

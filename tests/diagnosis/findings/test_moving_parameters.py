@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from platform_daemon.diagnosis.findings.knot_responses import SlowMotion
 from platform_daemon.diagnosis.findings.moving_parameters import log_chances, moving_parameters
-from platform_daemon.diagnosis.findings.trace_equations import TraceEquations
+from platform_daemon.diagnosis.findings.trace_equations import TraceEquations, mean_course
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
@@ -22,6 +23,19 @@ from tests.kit.specimen_files import PENDULUM, RUNS, pendulum
 
 F_HZ, LAMBDA = 2.0, 0.05
 W = 2.0 * math.pi * F_HZ
+
+
+def slow(time_s, amplitude):
+    nothing = np.zeros((1, time_s.size - 1))
+    return SlowMotion(time_s=time_s, amplitude=amplitude, peak_speed=W * amplitude, turned=nothing, grown=nothing)
+
+
+def test_no_amplitude_or_speed_of_a_trace_is_beyond_what_the_swings_had():
+    time_s = np.linspace(0.0, 30.0, 121)
+    at_rest_soon, short = np.maximum(0.5 - 0.2 * time_s, 0.0), time_s[:41]
+    course = mean_course(np.linspace(0.0, 30.0, 10), [slow(time_s, at_rest_soon), slow(short, at_rest_soon[:41])])
+    assert course.amplitude == pytest.approx(np.maximum(0.5 - 0.2 * course.time_s, 0.0), abs=1e-12)
+    assert course.peak_speed == pytest.approx(W * course.amplitude, abs=1e-12)
 
 
 def joint_fit_of(shots, model, pool):

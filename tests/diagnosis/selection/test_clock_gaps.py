@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.diagnosis.selection.clock_gaps import filled_angles
-from platform_daemon.diagnosis.selection.data_integrity import DataDefect, merged
+from platform_daemon.diagnosis.selection.data_integrity import DataDefect, gap_in_words, merged
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.estimation.noise.model import estimate_noise
 from platform_daemon.estimation.record import RingDownRecord
@@ -23,13 +23,25 @@ def searched(angle, seed=0):
     return shots[0].record.samples[0], [(defect.at, round(defect.value)) for defect in found]
 
 
-@pytest.mark.parametrize("dry", [0.0, 0.002])
-@pytest.mark.parametrize("lost", [1, 3, 20, 100])
+@pytest.mark.parametrize(("lost", "dry"), [(1, 0.0), (1, 0.002), (3, 0.0), (20, 0.002), (100, 0.0), (100, 0.002)])
 def test_a_loss_is_found_where_it_is_and_as_large_as_it_is(lost, dry):
     whole = swing(0.9, 30.0, dry=dry)
     filled, found = searched(np.delete(whole, slice(AT, AT + lost)))
     assert found == [(AT, lost)]
     assert filled[AT : AT + lost] == pytest.approx(whole[AT : AT + lost], abs=0.06)
+
+
+@pytest.mark.parametrize("repeated", [1, 20])
+def test_samples_that_stand_twice_are_told_as_such_and_left_out(repeated):
+    whole = swing(0.9, 30.0)
+    mended, found = searched(np.insert(whole, AT + repeated, whole[AT : AT + repeated]))
+    assert found == [(AT + repeated, -repeated)]
+    assert mended == pytest.approx(whole, abs=0.01)
+
+
+def test_what_stands_twice_is_said_so():
+    assert gap_in_words("a", 3, 7) == "a: 3 samples are missing before sample 7"
+    assert gap_in_words("a", -3, 7) == "a: 3 samples stand twice, again from sample 7 on"
 
 
 @pytest.mark.long

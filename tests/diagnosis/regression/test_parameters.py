@@ -1,0 +1,31 @@
+"""Errors of the parameters where the declared model leaves more than noise."""
+
+import math
+
+import numpy as np
+import pytest
+
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
+from platform_daemon.diagnosis.regression.parameters import means
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot
+from platform_daemon.diagnosis.shots.thread_pool import InlineExecutor
+from platform_daemon.estimation.noise.model import estimate_noise
+from platform_daemon.estimation.physics.models import THREAD
+from platform_daemon.estimation.record import RingDownRecord
+from tests.kit.pendulum import NATURAL_HZ, RATE, swing
+
+
+def test_what_is_left_beside_a_model_widens_the_errors_of_its_parameters():
+    angle = swing(0.8, 12.0, dry=0.004)
+    read = angle + np.random.default_rng(1).normal(0.0, 1e-4, angle.size)
+    record = RingDownRecord(read[None], RATE, "angle")
+    pool = InlineExecutor()
+    prepared, _ = initial_fits([DiagnosisShot("swing", record, estimate_noise(record))], THREAD, pool)
+    base = fit_jointly(prepared, Hypothesis(THREAD), pool)
+    assert base.chi2_per_dof > 100.0
+    of_noise_hz = math.sqrt(base.linear[0].own_covariance()[1, 1]) / (2.0 * math.pi)
+    f_nat = means(base)["f_nat_hz"]
+    assert f_nat.std == pytest.approx(math.sqrt(base.noise_factor) * of_noise_hz, rel=0.01)
+    assert abs(f_nat.value - NATURAL_HZ) < 5.0 * f_nat.std
