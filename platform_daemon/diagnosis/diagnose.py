@@ -7,11 +7,14 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 from .effect_search import selected_effects
 from .effects.effect import Candidate
-from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, rejected_effects
+from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, not_accepted
 from .findings.ambiguity import ambiguity_of
 from .findings.missing_torque import MissingTorque, missing_torque
 from .findings.moving_parameters import MovingParameter, moving_parameters
@@ -145,7 +148,9 @@ def diagnose_shots(
 
     with shot_pool() as pool:
 
-        def test(final: JointFit) -> list[str]:
+        def test(final: JointFit | None) -> list[str]:
+            if final is None:
+                return ["a rotor is not tried on shots that were not searched"] if further else []
             other = further_shots(final, further, pool, tested)
             return [] if other is None else [other.note]
 
@@ -160,12 +165,12 @@ def _diagnose(
     progress: ProgressCallback,
     pool: Executor,
     *,
-    test: Callable[[JointFit], list[str]],
+    test: Callable[[JointFit | None], list[str]],
     defects: Sequence[DataDefect],
     remarks: Sequence[str],
     began_s: float,
 ) -> Diagnosis:
-    """The diagnosis of the searched shots; test: gives sentences on the final fit of shots that were not searched."""
+    """Of the searched shots; test: sentences on the final fit, None: of a rotor, of shots that were not searched."""
     progress("checks of the data", 0.0)
     prepared, refused, flawed, gaps = _prepared(shots, model, pool)
     progress("fit of the declared model", 0.1)
@@ -181,7 +186,7 @@ def _diagnose(
             shots=tuple(shots),
             refused=tuple(hopeless),
             integrity=(*defects, *flawed, *gaps),
-            notes=(*remarks, *test(declared), *plane_notes(plane, shots), *of_rotor.notes),
+            notes=(*remarks, *test(None), *plane_notes(plane, shots), *of_rotor.notes),
             seconds=time.perf_counter() - began_s,
         )
     if not prepared:
@@ -193,12 +198,9 @@ def _diagnose(
     gaps = merged([*gaps, *late])
     progress("prediction of held-out data", 0.8)
     searched = _validated(found, gaps, pool)
-    if (
-        plane is not None
-        and not plane.may_leave
-        and may_be_a_rotor(searched.found.base, searched.verdict, searched.named)
-    ):
-        base = searched.found.base
+    base = searched.found.base
+    tried = plane is None or plane.leaves or (plane.may_leave and not _quiet(base))
+    if plane is not None and not tried and may_be_a_rotor(base, searched.verdict, searched.named):
         beside = manufacturing_error(base, pool)
         if beside is not None and leaves_less(beside, searched.final, searched.verdict):
             of_rotor = _of_rotor(base, plane, beside, pool, searched=True)
@@ -207,7 +209,7 @@ def _diagnose(
                 shots=tuple(shots),
                 refused=tuple(refused),
                 integrity=(*defects, *flawed, *gaps),
-                notes=(*remarks, *test(base), *of_rotor.notes),
+                notes=(*remarks, *test(None), *of_rotor.notes),
                 seconds=time.perf_counter() - began_s,
             )
     progress("parameters before and after", 0.9)
@@ -268,7 +270,7 @@ def _of_effects(
 ) -> Diagnosis:
     """The diagnosis by effects on one angle, without shots, defects of the data, time, and notes on further shots."""
     found, final, verdict, named = searched.found, searched.final, searched.verdict, searched.named
-    tentative, why_not = _not_accepted(found, final, named, searched.doubts) if verdict == "unexplained" else ((), "")
+    tentative, why_not = not_accepted(found, final, named, searched.doubts) if verdict == "unexplained" else ((), "")
     if verdict == "unexplained":
         named = ()
     rest = found.omnibus_test
@@ -321,11 +323,18 @@ def _rotor(
     """The declared model's fit, and the manufacturing error that explains what it cannot; None if none does."""
     if any(s.shot.rotor is None for s in prepared):
         return None
-    declared = fit_jointly(prepared, Hypothesis(model), pool)
-    if not plane.leaves and declared.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
+    try:
+        declared = fit_jointly(prepared, Hypothesis(model), pool)
+    except (LostTrajectoryError, np.linalg.LinAlgError):
+        return None
+    if not plane.leaves and _quiet(declared):
         return None
     rotor = manufacturing_error(declared, pool)
-    return None if rotor is None else (declared, rotor)
+    return None if rotor is None or not (plane.leaves or leaves_noise(rotor)) else (declared, rotor)
+
+
+def _quiet(fit: JointFit) -> bool:
+    return fit.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
 
 
 def _of_rotor(
@@ -384,12 +393,3 @@ def _other_explanations(
     fits += [(other, 1.0) for other in fits_at_neighbouring_scales(final, pool)]
     fits += [(one.joint_fit, 1.0) for one in small]
     return [(means(fit), rise) for fit, rise in fits]
-
-
-def _not_accepted(
-    found: Selection, final: JointFit, named: tuple[AcceptedEffect, ...], doubts: tuple[str, ...]
-) -> tuple[tuple[AcceptedEffect, ...], str]:
-    """Effects that gain although nothing is explained, and why they were not accepted."""
-    if found.rejected is not None and found.rejected.chi2 < final.chi2:
-        return rejected_effects(found.rejected, found.trials), "it fits better, but does not predict what was not used"
-    return named, doubts[0] if doubts else "together they explain less than half of what is missing"

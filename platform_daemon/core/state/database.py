@@ -199,7 +199,8 @@ class Database:
     def _connected(self) -> sqlite3.Connection:
         """Raises DamagedDatabase, OSError, sqlite3.Error."""
         if not self.path.exists():
-            if self._precious and any(_has_content(each) for each in companions(self.path)):
+            log = any(_has_content(each) for each in companions(self.path))
+            if self._precious and log and not self.path.exists():  # else somebody made both in between
                 raise self._damage("the file is gone, its log is there")
             self._create()
         self._check_length()

@@ -189,3 +189,12 @@ def gap_effects(gaps: Sequence[DataDefect]) -> list[AcceptedEffect]:
             )
         )
     return found
+
+
+def not_accepted(
+    found: Selection, final: JointFit, named: tuple[AcceptedEffect, ...], doubts: tuple[str, ...]
+) -> tuple[tuple[AcceptedEffect, ...], str]:
+    """Effects that gain although nothing is explained, and why they were not accepted."""
+    if found.rejected is not None and found.rejected.chi2 < final.chi2:
+        return rejected_effects(found.rejected, found.trials), "it fits better, but does not predict what was not used"
+    return named, doubts[0] if doubts else "together they explain less than half of what is missing"

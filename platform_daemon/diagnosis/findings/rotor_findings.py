@@ -20,6 +20,7 @@ from platform_daemon.diagnosis.selection.significance import log_chance
 from platform_daemon.diagnosis.selection.stepwise import Selection
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS
 
 from .accepted_effects import AcceptedEffect
@@ -95,7 +96,10 @@ def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVe
         record = prepared.shot.record
         seen = np.array(record.samples)
         count = record.end - record.valid_from  # a rotor's shot ends where the swing has become small
-        seen[:, record.valid_from : record.end] -= shot.rotor(values).dm_dt(count, shot.rate_hz)[0]
+        try:
+            seen[:, record.valid_from : record.end] -= shot.rotor(values).dm_dt(count, shot.rate_hz)[0]
+        except LostRotorError:
+            return False
         rest = prepared.at_instants(seen)
         left += float(np.sum(prepared.white(rest - rest.mean(axis=1, keepdims=True)) ** 2))
     worth = THRESHOLDS.selection.told_apart_chi2 if verdict == "explained" else 0.0
@@ -115,9 +119,10 @@ def rotor_notes(rotor: ManufacturingError, parting: Sequence[Proposal], *, searc
 
 
 def _not_parted(rotor: ManufacturingError, best: Proposal) -> tuple[str, ...]:
-    names = " and ".join((rotor.effect.id, *dict.fromkeys(a.effect.id for a in rotor.alike)))
+    ids = dict.fromkeys((rotor.effect.id, *(a.effect.id for a in rotor.alike)))
+    what = f"part {' and '.join(ids)}" if len(ids) > 1 else f"tell the sign of {rotor.effect.id}"
     return (
-        f"no measurement that is known here would part {names}: at best {best.expected_sigma:.2g} standard deviations "
+        f"no measurement that is known here would {what}: at best {best.expected_sigma:.2g} standard deviations "
         f"({best.measurement.what})",
     )
 

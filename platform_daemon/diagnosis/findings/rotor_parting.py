@@ -71,7 +71,7 @@ def parting(rotor: ManufacturingError, pool: Executor) -> tuple[Proposal, ...]:
     found = []
     for key, expected in ways.items():
         apart = [k for k, sigma in enumerate(expected) if sigma >= _LIMITS.apart_sigma] or [int(np.argmax(expected))]
-        ids = (rotor.effect.id, *(rotor.alike[k].effect.id for k in apart))
+        ids = tuple(dict.fromkeys((rotor.effect.id, *(rotor.alike[k].effect.id for k in apart))))
         found.append(Proposal(MEASUREMENTS[key], ids, min(expected[k] for k in apart)))
     return tuple(sorted(found, key=lambda p: -p.expected_sigma))
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError
-from platform_daemon.estimation.rotor_fit.fit import RotorFit, Stage
+from platform_daemon.estimation.rotor_fit.fit import RotorFit, Stage, fit_rotor
 from platform_daemon.estimation.rotor_fit.parameters import FreeParameter, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import linearised
 
@@ -39,9 +39,10 @@ class HeldOutRotor:
 
 
 def held_out_ends(fits: Sequence[RotorFit], pool: Executor) -> HeldOutRotor:
-    """At most 70 % of the first shot predicts its end, 30 % of the others, whose common values are those of the first.
+    """At most 70 % of the first shot predicts its end; of the others the longest window of at most 30 %, if there is
+    one, with the common values of the first.
 
-    fits: of each shot alone, with stages.
+    fits: of each shot alone, with stages.  Raises RotorFitError.
     """
     rows = [_end(fit, fits[0] if k else None, pool) for k, fit in enumerate(fits)]
     chi2, dof, squares, energy = zip(*rows, strict=True)
@@ -52,7 +53,7 @@ def _end(fit: RotorFit, first: RotorFit | None, pool: Executor) -> tuple[float, 
     """chi^2, degrees of freedom, squares of the residual and of the data.
 
     r^T (1 + J C J^T)^-1 r with the Jacobian J of the end and the covariance C of what predicts it is
-    r^T r - g^T (C^-1 + J^T J)^-1 g with g = J^T r.
+    r^T r - g^T (C^-1 + J^T J)^-1 g with g = J^T r.  Raises RotorFitError.
     """
     shot, limits = fit.shots[0], THRESHOLDS.regression
     share = limits.split_share if first is None else limits.own_share
@@ -61,8 +62,13 @@ def _end(fit: RotorFit, first: RotorFit | None, pool: Executor) -> tuple[float, 
     own = Stage(fit.window_s, fit.values, sum(fit.chi2))
     stage = (early or list(fit.stages) or [own])[-1]
     values, n = stage.values[0], shot.count(stage.window_s)
-    data = shot.samples[:, n:]
     free = free_parameters(shot.geometry, [fit.defect] if fit.defect else [], moving=shot.moving)
+    if n >= shot.samples.shape[1]:  # so short that no window came before the whole
+        n = shot.count(share * whole_s)
+        part = replace(shot, samples=shot.samples[:, :n], values=values)
+        held = () if first is None else tuple(p.name for p in free if p.common)
+        values = fit_rotor([part], fit.defect, pool, first_window_s=math.inf, held=held).values[0]
+    data = shot.samples[:, n:]
     try:
         found = linearised(shot, values, free, whole_s, pool)
         model, _ = shot.rotor(values).dm_dt(shot.samples.shape[1], shot.rate_hz)

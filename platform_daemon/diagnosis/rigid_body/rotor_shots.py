@@ -36,7 +36,7 @@ def rotor_shots(base: JointFit) -> list[RotorShot]:
             distance_m=known.geometry.distance_m(f_nat_hz, m_r_am2),
             lambda_per_s=float(np.clip(loss, *_LIMITS.damping_per_s)),
             rotation=known.facing(observed.rotation),
-            tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0),
+            tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0) if jewel else 0.0,
             friction_coefficient=known.geometry.friction_coefficient,
             side_damping_per_s=_LIMITS.side_damping_per_s,
             creep_m_per_s=_LIMITS.creep_m_per_s if jewel else 0.0,

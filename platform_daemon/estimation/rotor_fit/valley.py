@@ -199,6 +199,7 @@ def settled(
     damping, grows = LIMITS.first_damping, LIMITS.damping_grows
     for _ in range(most_steps):
         normal = valley.linearised(values, pool)
+        matrix, counts, chi2 = normal.matrix, normal.counts, normal.chi2
         reached, expected = None, 0.0
         while damping < LIMITS.most_damping:
             damped = normal.matrix + damping * np.diag(np.diag(normal.matrix))
@@ -217,10 +218,11 @@ def settled(
                 break
         if reached is None:
             break
-        values, fall = reached.values, normal.total - reached.total
+        values, fall, chi2 = reached.values, normal.total - reached.total, [float(r @ r) for r in reached.left]
         damping *= LIMITS.damping_falls if fall > LIMITS.good_fall * expected else 1.0
         grows = LIMITS.damping_grows
         if max(fall, LIMITS.good_fall * expected) < settled_chi2:
             break
+        del normal, reached  # before the next ones, which are as large
     own = layout.size / len(shots)
-    return values, normal.matrix, normal.chi2, [count - own for count in normal.counts]
+    return values, matrix, chi2, [count - own for count in counts]

@@ -27,6 +27,7 @@ FEATURE = Feature(
         """,
         got="State, progress with time left, and the claims once they are there.",
         cancelled="Cancel.  A running shot ends within 0.1 s with outputs off and is discarded; shots on disk stay.",
+        examples=("reproduction_job",),
     ),
     routes=(".routes",),
     tag=("reproductions", "The paper's numbers beside the measured ones"),

@@ -31,6 +31,11 @@ class _Part(Job[Any, Any]):
     begins: float = 0.0
     share: float = 1.0
 
+    def rest(self, longest_s: float) -> bool:
+        """Wait as the campaign, whose phase and pace say so."""
+        assert self.whole is not None
+        return self.whole.rest(longest_s)
+
     def at(self, done: float, phase: str) -> None:
         """Report progress, also as that of the campaign."""
         super().at(done, phase)

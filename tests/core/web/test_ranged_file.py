@@ -82,7 +82,7 @@ def test_a_long_one_takes_no_time():
 def test_the_schema_of_every_file_has_both_statuses(client):
     paths = client.get("/openapi.json").json()["paths"]
     files = [p for p in paths if p.endswith(("/file", "/report"))]
-    assert len(files) == 4
+    assert len(files) == 5
     for path in files:
         assert {"206", "416"} <= set(paths[path]["get"]["responses"]), path
 
