@@ -109,7 +109,7 @@ def relative(paper: float) -> Because:
     def because(found: Findings, ours: Value) -> str:
         if isinstance(ours.value, str):
             return ""
-        return f"{100.0 * abs(ours.value / paper - 1.0):.2g} % of it: another resonator than the paper's was measured"
+        return f"{100.0 * abs(ours.value / paper - 1.0):.2g} % of it: the measured resonator has another mean than the paper's"
 
     return because
 
