@@ -63,7 +63,7 @@ class AdoptedRotorRecord(Schema):
     std: float | None
     """Its standard deviation; null: not known."""
     held: dict[str, float]
-    """What fits hold beside it, by public name, SI: distance of the magnets, damping, creep; friction: where they start."""
+    """What fits hold beside it, SI: distance of the magnets, damping, creep; friction: where they start."""
     ratio: dict[str, float]
     """Parameters of the rotor over those of one angle, by public name: where fits start."""
     covariance: Absent[Covariance] = None

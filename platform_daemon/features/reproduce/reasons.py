@@ -109,7 +109,8 @@ def relative(paper: float) -> Because:
     def because(found: Findings, ours: Value) -> str:
         if isinstance(ours.value, str):
             return ""
-        return f"{100.0 * abs(ours.value / paper - 1.0):.2g} % of it: the measured resonator has another mean than the paper's"
+        share = f"{100.0 * abs(ours.value / paper - 1.0):.2g} %"
+        return f"{share} of it: the measured resonator has another mean than the paper's"
 
     return because
 
