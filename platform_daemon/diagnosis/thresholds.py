@@ -375,6 +375,7 @@ class RigidBody:
     exchange_window_s: float = 0.4  # s in which an error takes the place of another one [unset]
     exchange_parts: int = 4  # in which it does so [unset]
     start_phases: int = 8  # of a swing that is left of the shot before, at which a fit begins [unset]
+    like_first_sigma: float = 3.0  # of chi2/dof of another shot's short window, up to which a start is right [unset]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
     worth_sigma: float = 1.0  # by which a measurement would part look-alikes, at least; less is none [digits]

@@ -149,7 +149,7 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         if len(shots) > 1:
             for rival in of_first[1:]:
                 with suppress(RotorFitError):
-                    together.append(_instead(together[0], of_first[0], rival, pool))
+                    together.append(_together_instead(together[0], of_first[0], rival, pool))
         else:
             together = of_first
         alike = _as_good(together)
@@ -203,7 +203,7 @@ def _together(fits: Sequence[RotorFit], pool: Executor) -> RotorFit:
     return fit_rotor(start, fits[0].defect, pool, first_window_s=longest_s(start))
 
 
-def _instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: Executor) -> RotorFit:
+def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: Executor) -> RotorFit:
     """All shots with another error, which begin as far from the joint fit as the first shot's two fits are apart.
 
     Raises RotorFitError.

@@ -37,23 +37,40 @@ def _like(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Exe
     """
     found, n = fits[0], shot.count(_LIMITS.sign_window_s)
     common = [p.name for p in free_parameters(shot.geometry, [defect_of(found)], moving=shot.moving) if p.common]
+    part = replace(shot, samples=shot.samples[:, :n])
     tried: list[RotorFit] = []
     for values in _starts(shot, other, fits):
-        begun = replace(shot, samples=shot.samples[:, :n], values=values)
-        with suppress(RotorFitError):
-            tried.append(fit_rotor([begun], found.defect, pool, first_window_s=math.inf, held=common, whole=False))
-            if tried[-1].chi2_per_dof < _LIMITS.explained_chi2_per_dof:
-                break
+        tried += _short_fits(replace(part, values=values), found, common, pool)
+        if tried and _is_noise(tried[-1], found):
+            break
     if not tried:
         raise RotorFitError("a short window of a shot finds no rotor like that of the first one")
     begun = replace(shot, values=min(tried, key=total_chi2).values[0])
     return fit_rotor([begun], found.defect, pool, first_window_s=2.0 * _LIMITS.sign_window_s, held=common)
 
 
+def _short_fits(part: RotorShot, found: RotorFit, common: Sequence[str], pool: Executor) -> list[RotorFit]:
+    """Fits of a short window; a jewel's first with the friction coefficient held, which goes astray in so short a time
+    unless the other values are right already."""
+    fits: list[RotorFit] = []
+    for held in ([*common, "friction_coefficient"], common) if part.geometry.bearing == "jewel" else (common,):
+        begun = replace(part, values=fits[-1].values[0]) if fits else part
+        with suppress(RotorFitError):
+            fits.append(fit_rotor([begun], found.defect, pool, first_window_s=math.inf, held=held, whole=False))
+            if _is_noise(fits[-1], found):
+                break
+    return fits
+
+
+def _is_noise(fit: RotorFit, first: RotorFit) -> bool:
+    """The short window holds no more than what the first shot's fit leaves."""
+    level = 1.0 + _LIMITS.like_first_sigma * math.sqrt(2.0 / sum(fit.dof))
+    return fit.chi2_per_dof < level * max(1.0, first.chi2_per_dof)
+
+
 def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit]) -> Iterator[RotorValues]:
-    """Start values: those of the first shot, with f_nat and friction as far apart as one angle has them; where it has
-    another orientation also with that; at rest, and in the swing in which the shot before ended, whose phase nothing
-    tells."""
+    """Start values: as far from one angle's as those of the first shot; where one angle is wrong, the first shot's
+    orientation and moment; at rest, and in the swing in which the shot before ended, whose phase nothing tells."""
     there, v = fits[0].values[0], shot.values
     as_first = replace(
         there,
@@ -64,12 +81,10 @@ def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit]) -> Iter
     if other.values.tf_over_i_rad_per_s2 > 0.0 and v.tf_over_i_rad_per_s2 > 0.0:
         ratio = there.tf_over_i_rad_per_s2 / other.values.tf_over_i_rad_per_s2
         as_first = replace(as_first, tf_over_i_rad_per_s2=v.tf_over_i_rad_per_s2 * ratio)
-    yield as_first
-    m_r_am2 = v.m_r_am2 * there.m_r_am2 / other.values.m_r_am2
-    turned = [as_first]
-    if np.linalg.norm(rodrigues_from_rotation(v.rotation.T @ other.values.rotation)) > _LIMITS.near_rad:
-        turned.append(replace(as_first, rotation=v.rotation, m_r_am2=m_r_am2))
-        yield turned[-1]
+    as_one_angle = replace(as_first, rotation=v.rotation, m_r_am2=v.m_r_am2 * there.m_r_am2 / other.values.m_r_am2)
+    apart = np.linalg.norm(rodrigues_from_rotation(v.rotation.T @ other.values.rotation))
+    turned = [as_one_angle, as_first] if apart > _LIMITS.near_rad else [as_one_angle]
+    yield from (as_one_angle, as_first)
     size = _left_over_rad(fits[-1]) if shot.moving else 0.0
     if size < _LIMITS.start_rad:
         return
@@ -80,8 +95,13 @@ def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit]) -> Iter
 
 
 def _left_over_rad(fit: RotorFit) -> float:
-    """Amplitude of the swing at the end of a shot."""
+    """Amplitude of the swing at the end of a shot; 0 where it has died down, at which the shot was cut off."""
     shot, values = fit.shots[0], fit.values[0]
-    end = shot.samples[:, -shot.count(_LIMITS.swing_periods / values.f_nat_hz) :]
-    power = float(np.sum(end.var(axis=1) - shot.sd**2))
-    return math.sqrt(2.0 * max(power, 0.0)) / (values.m_r_am2 * 2.0 * math.pi * values.f_nat_hz)
+    count = shot.count(_LIMITS.swing_periods / values.f_nat_hz)
+    powers = [
+        float(np.sum(part.var(axis=1) - shot.sd**2)) for part in (shot.samples[:, :count], shot.samples[:, -count:])
+    ]
+    begin, end = (math.sqrt(2.0 * max(power, 0.0)) for power in powers)
+    if end < 2.0 * _LIMITS.kept_swing * begin:
+        return 0.0
+    return end / (values.m_r_am2 * 2.0 * math.pi * values.f_nat_hz)

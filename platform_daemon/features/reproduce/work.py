@@ -31,6 +31,12 @@ class _Part(Job[Any, Any]):
     begins: float = 0.0
     share: float = 1.0
 
+    @property
+    def priority(self) -> int:
+        """Of the campaign."""
+        assert self.whole is not None
+        return self.whole.priority
+
     def rest(self, longest_s: float) -> bool:
         """Wait as the campaign, whose phase and pace say so."""
         assert self.whole is not None
