@@ -33,6 +33,7 @@ from .findings.rotor_findings import (
     worth_measuring,
 )
 from .findings.rotor_parting import parting
+from .findings.shot_strengths import strengths_by_shot
 from .findings.side_modes import with_side_modes
 from .findings.verdict import assess_diagnosis
 from .regression.cross_validation import CrossValidation, cross_validate
@@ -271,6 +272,9 @@ def _of_effects(
     """The diagnosis by effects on one angle, without shots, defects of the data, time, and notes on further shots."""
     found, final, verdict, named = searched.found, searched.final, searched.verdict, searched.named
     tentative, why_not = not_accepted(found, final, named, searched.doubts) if verdict == "unexplained" else ((), "")
+    own = strengths_by_shot(found, pool) if verdict == "unexplained" else None
+    differ = own is not None and own.differ
+    why_not = "its strength differs from shot to shot" if differ else why_not
     if verdict == "unexplained":
         named = ()
     rest = found.omnibus_test
@@ -307,6 +311,7 @@ def _of_effects(
         ),
         notes=(
             *notes(found, final, alike, refused, searched.dropped),
+            *(own.notes if own is not None and differ else ()),
             *two_in_place_notes(named),
             *(one.note for one in small[:1]),
             *searched.doubts,

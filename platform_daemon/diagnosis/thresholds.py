@@ -77,6 +77,9 @@ class Effects:
     largest_anharmonicity: float = 1.0  # strength at 1 rad of a pendulum beyond which it is another spring [A]
     largest_torsion: float = 1.0  # torsion stiffness of a pendulum beyond which it is another spring [A]
     largest_cubic: float = 0.5  # cubic stiffness at 1 rad of a pendulum beyond which it is another spring [A]
+    first_exponent: float = 4.0  # power of the deflection at which the search of a spring begins [unset]
+    least_exponent: float = 2.0  # least power of the deflection of a spring [unset]
+    greatest_exponent: float = 9.0  # greatest; beyond, it is a stop at the largest amplitude [unset]
     first_settling: float = 4.0  # time constants per window at which the search of a settling f_nat begins [A]
     slowest_settling: float = 1.0  # fewest time constants per window of a settling f_nat [A]
     fastest_settling: float = 40.0  # most time constants per window of a settling f_nat [A]
@@ -153,6 +156,8 @@ class Selection:
     rival_share: float = 0.2  # of the least chi^2, within which sets are rivals [A]
     rejected_share: float = 0.7  # of chi^2: a set that leaves less, but predicts worse, is reported as rejected [A]
     as_good_ratio: float = 1.03  # of held-out errors: as good, so the set with fewer parameters is taken [A]
+    # of the misfit of a model that leaves more than noise: another one is as likely [unset]
+    alternative_misfit: float = 1.5
     helping_ratio: float = 0.9  # of held-out errors that a further torque must reach [A]
     refined_shares: tuple[float, ...] = (1.0, 0.4, 0.15)  # of a grid step, at which places are refined in turn [unset]
     own_refined_shares: tuple[float, ...] = (1.0, 0.3)  # the same for effects that every shot has for itself [unset]
@@ -287,6 +292,9 @@ class Findings:
     sure_chance: float = 0.05  # probability of the upper limit of what may be missing [noise]
     noted_chi2_per_dof: float = 1.05  # from which on a note says that errors are widened [unset]
     noted_growth: float = 1.5  # of a standard deviation that is worth a note [unset]
+    # of chi^2 with common strengths, that strengths of each shot's own must leave to be told [unset]
+    own_strength_share: float = 0.5
+    odd_shot_ratio: float = 3.0  # of its distance to the others over what these differ by [unset]
     negligible_tried: int = 2  # effects beside the named ones that are refitted [cost, was 3]
     scale_chi2: float = 4.0  # rise up to which another hidden scale tells of the strength's error [noise: 2 sigma]
     scale_shares: tuple[float, ...] = (0.1, 0.4, 1.5, 4.0)  # of a grid step at which a hidden scale is varied [unset]

@@ -75,6 +75,7 @@ NOT_TUNED = {
     "physics/torques/frequency_settling.py": (TYPICAL, {1e-6, 1e-3}),
     "physics/torques/hertz_friction.py": (TYPICAL, {7e-4, 3.0, 4.0}),
     "physics/torques/hertz_friction_under_weight.py": (TYPICAL, {7e-4, 1e-2, 3.0, 4.0}),
+    "physics/torques/power_restoring.py": (TYPICAL, {1e-2, 4.0}),
     "physics/torques/quadratic_drag.py": (TYPICAL, {1e-3}),
     "physics/torques/restoring_anharmonicity.py": (TYPICAL, {1e-2}),
     "physics/torques/stribeck_coulomb_friction.py": (TYPICAL, {2e-4, 0.05}),

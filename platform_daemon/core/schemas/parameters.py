@@ -74,6 +74,9 @@ _TABLE = (
     _P("frequency_settling_per_s", "d_0", "$d_0$", "1/s", "s⁻¹", 1.0,
        "relative change of f_nat per second at the first sample, that dies away"),
     _P("frequency_settling_rate_per_s", "r", "$r$", "1/s", "s⁻¹", 1.0, "rate at which that dies away"),
+    _P("power_restoring", "k_p", "$k_p$", "1", "", 1.0, "further restoring torque -k_p ω² a (|φ|/a)^p sgn(φ)"),
+    _P("power_restoring_exponent", "p", "$p$", "1", "", 1.0, "its power of the deflection"),
+    _P("power_restoring_angle_rad", "a", "$a$", "rad", "rad", 1.0, "its deflection at which it is k_p of a spring"),
     _P("weight_over_pull", "g", "$g$", "1", "", 1.0,
        "weight of the rotor over the pull of the magnets; friction × (cos φ + g)^(4/3) / cos^(4/3) φ"),
 )  # fmt: skip

@@ -56,6 +56,8 @@ ZERO_DRIFT = Effect(
     source="a support or a camera that moves, an encoder's zero",
 )
 
+OSCILLATIONS = frozenset({MAINS, LINE, SIDE_MODE})  # found in a residual, beside whatever acts on the motion
+
 
 def tone(effect: Effect, frequencies_hz: tuple[float, ...], base_hz: float, trials: float) -> Candidate:
     """Steady tones on all channels, their phases and sizes each shot's own."""

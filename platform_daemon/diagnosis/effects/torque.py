@@ -107,7 +107,16 @@ CUBIC = Effect(
     signature="f_nat(window) follows phi^2",
     source="a spring that stiffens, a stretched wire: Duffing 1918",
 )
-SPRINGS = frozenset({"restoring_anharmonicity", "torsion_stiffness", "cubic_restoring"})  # they go with f_nat^2
+POWER = Effect(
+    id="power_restoring",
+    unit="1",
+    sign=0,
+    separates=(_AMPLITUDE,),
+    signature="f_nat(window) follows a power of the amplitude",
+    source="a stop, a hull in waves, a spring of no single power: roll restoring of ships, ITTC 7.5-02-07-04.5",
+)
+# They go with f_nat^2.
+SPRINGS = frozenset({"restoring_anharmonicity", "torsion_stiffness", "cubic_restoring", "power_restoring"})
 _LARGEST = {
     "restoring_anharmonicity": _LIMITS.largest_anharmonicity,
     "torsion_stiffness": _LIMITS.largest_torsion,
@@ -150,6 +159,8 @@ def pendulum_candidates(
     plain = [replace(c, largest=limits.get(c.effect.id, c.largest)) for c in plain if c.term not in model.terms]
     found = [*plain, replace(drift_candidate(), largest=_LIMITS.largest_drift / seconds)]
     found.append(settling_candidate(seconds))
+    if TERMS["power_restoring"] not in model.terms:
+        found.append(_power(_LIMITS.first_exponent, largest_rad))
     if TERMS["stribeck_coulomb_friction"] not in model.terms:
         bounds = _LIMITS.slowest_scale * fastest_rad_per_s, _LIMITS.fastest_scale * fastest_rad_per_s
         found.append(_of_pendulum(_LIMITS.first_scale * fastest_rad_per_s, *bounds))
@@ -175,6 +186,22 @@ def _of_pendulum(speed: float, slowest: float, fastest: float) -> Candidate:
     term = TERMS["stribeck_coulomb_friction"]
     limits = slowest, fastest
     return Candidate(STRIBECK_OF_PENDULUM, term=term, hidden=(speed,), scale_limits=limits, at_scale=at_scale)
+
+
+def _power(exponent: float, angle_rad: float) -> Candidate:
+    """A spring of one power of the deflection; its strength is its share of a plain spring's torque at an angle."""
+
+    def at_scale(other: float) -> Candidate:
+        return _power(other, angle_rad)
+
+    return Candidate(
+        POWER,
+        term=TERMS["power_restoring"],
+        hidden=(exponent, angle_rad),
+        largest=_LIMITS.largest_cubic,
+        scale_limits=(_LIMITS.least_exponent, _LIMITS.greatest_exponent),
+        at_scale=at_scale,
+    )
 
 
 def drift_candidate() -> Candidate:

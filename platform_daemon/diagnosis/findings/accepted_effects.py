@@ -76,6 +76,7 @@ def accepted_effects(
             alike = tuple(r for r in rivals if r.indistinguishable)
             alike += () if angle else tuple(two_in_place(table, c, rivals, pool))
             alike += tuple(r for r in replaced.get(c.key, ()) if r.indistinguishable)
+            alike += _not_excluded(found, c)
         else:
             value, std, log_p = _own_strength(c, final, found.trials)
             alike = _named_alike(c)
@@ -90,6 +91,27 @@ def accepted_effects(
             )
         )
     return tuple(named)
+
+
+def _not_excluded(found: Selection, effect: Candidate) -> tuple[Confounder, ...]:
+    """What takes an effect's place in other sets of torques, where the named ones leave more than noise.
+
+    A rise of chi^2 counts for no more than what excludes nothing: the errors are the model's.
+    """
+    if found.torques is None or effect.effect not in _effects_of(found.torques):
+        return ()
+    alike, limit = [], THRESHOLDS.selection.told_apart_chi2
+    for other in found.others:
+        if effect.effect in _effects_of(other):
+            continue
+        rise = min((other.chi2 - found.torques.chi2) / found.torques.noise_factor, limit)
+        new = [c for c in other.hypothesis.effects if c.effect not in _effects_of(found.torques)]
+        alike += [Confounder(candidate=c, rise=rise, gain=gain_of(other, c), joint_fit=other) for c in new]
+    return tuple(alike)
+
+
+def _effects_of(at: JointFit) -> set[Effect]:
+    return {c.effect for c in at.hypothesis.effects}
 
 
 def rejected_effects(at: JointFit, trials: float) -> tuple[AcceptedEffect, ...]:

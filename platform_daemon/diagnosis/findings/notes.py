@@ -69,6 +69,9 @@ def notes(
         f"{name} comes out negative: with what else is lost, the loss as a whole falls with the swing"
         for name in negative_effects(final)
     ]
+    if found.others:
+        sets = [" + ".join(c.effect.id for c in other.hypothesis.effects) for other in found.others]
+        lines.append(f"what is left is no noise, so that sets which leave little more are as likely: {'; '.join(sets)}")
     if final.chi2_per_dof > _LIMITS.noted_chi2_per_dof:
         lines.append(f"chi2/dof stays at {final.chi2_per_dof:.3g}: errors and chances are widened accordingly")
         lines += [

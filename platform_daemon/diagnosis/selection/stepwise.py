@@ -12,7 +12,9 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
+from platform_daemon.diagnosis.effects.additive import OSCILLATIONS
 from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.regression.cross_validation import cross_validate
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.score_test import CandidateBlock, ScoreResult, ScoreTable, score_table
@@ -61,6 +63,7 @@ class Selection:
         score_table_of: all candidates given another refit.
         forbidden: the best set fits only with a sign that physics does not allow.
         rejected: a set that fits far better, but does not predict what was not used.
+        torques: of an angle, the best set of torques; others: sets that leave hardly more, where that is no noise.
     """
 
     base: JointFit
@@ -73,6 +76,8 @@ class Selection:
     score_table_of: Callable[[JointFit], ScoreTable]
     forbidden: tuple[Candidate, ...] = ()
     rejected: JointFit | None = None
+    torques: JointFit | None = None
+    others: tuple[JointFit, ...] = ()
 
 
 def select_effects(
@@ -89,17 +94,39 @@ def select_effects(
         return _Search(base, list(candidates), pool, progress).run(base)
     every = _Search(base, list(candidates), pool, progress)
     motions = [c for c in candidates if c.change is None]
-    start, rejected = best_torques(base, motions, float(len(candidates)), pool, progress)
-    # Linear scores are right for torques too where little is left to be explained.
-    rest = [c for c in candidates if c.term is None or start.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof]
-    beside = _Search(base, rest, pool, progress).run(start)
+    sets = best_torques(base, motions, float(len(candidates)), pool, progress)
+    beside = _beside(sets.best, base, candidates, pool, progress)
+    lines = [c for c in beside.best.hypothesis.effects if c.effect in OSCILLATIONS]
+    if lines and beside.best.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof:
+        # A torque that was no sure gain while a line stood in the residual may be one now.
+        known = refit(base.hypothesis.plus(*lines), beside.best, pool)
+        again = None if known is None else best_torques(known, motions, float(len(candidates)), pool, progress)
+        if again is not None and _predicts_better(again.best, beside.best, pool):
+            sets, beside = again, _beside(again.best, base, candidates, pool, progress)
     return replace(
         beside,
         tried=every.singles(every.score_table(base)),
         score_table=every.score_table(beside.best),
         score_table_of=every.score_table,
-        rejected=rejected,
+        rejected=sets.rejected,
+        torques=sets.best,
+        others=sets.others,
     )
+
+
+def _predicts_better(one: JointFit, other: JointFit, pool: Executor) -> bool:
+    """By what a further torque must bring."""
+    errors = [cross_validate(at, pool).total.nrmse for at in (one, other)]
+    return one.chi2 < other.chi2 and errors[0] < _LIMITS.helping_ratio * errors[1]
+
+
+def _beside(
+    torques: JointFit, base: JointFit, candidates: Sequence[Candidate], pool: Executor, progress: ProgressCallback
+) -> Selection:
+    """What acts beside a set of torques."""
+    # Linear scores are right for torques too where little is left to be explained.
+    quiet = torques.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
+    return _Search(base, [c for c in candidates if c.term is None or quiet], pool, progress).run(torques)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -265,7 +292,7 @@ class _Search:
         fits = [f for f in (allowed_refit(h, start, self._pool) for h, start in leaders) if f is not None]
         fits.sort(
             key=lambda f: (
-                f.chi2 + _LIMITS.chi2_per_scale * f.noise_factor * sum(len(c.hidden) for c in f.hypothesis.common)
+                f.chi2 + _LIMITS.chi2_per_scale * f.noise_factor * sum(bool(c.hidden) for c in f.hypothesis.common)
             )
         )
         allowed = [f for f in fits if signs_allowed(f)]

@@ -12,12 +12,14 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
+from platform_daemon.diagnosis.effects.additive import OSCILLATIONS
 from platform_daemon.diagnosis.effects.effect import Candidate
 from platform_daemon.diagnosis.regression.cross_validation import CrossValidation, cross_validate
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.shots.thread_pool import InlineExecutor
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 
+from .amplitude_laws import same_swing, timed_torques
 from .kick_search import kick_missing, kicks
 from .refits import allowed_refit, refined
 from .scales import at_best_scales
@@ -40,17 +42,29 @@ class TorqueSet:
         return self.held_out.total.nrmse
 
 
+@dataclass(frozen=True, kw_only=True)
+class TorqueSearch:
+    """What the search of sets found.
+
+    Attributes:
+        best: the declared model with the torques that explain most and predict best; itself if none is worth it.
+        rejected: the set that explains far more than that, if one does, but does not predict what was not used.
+        others: where the best leaves more than noise, the sets that leave hardly more than it does; the best first.
+    """
+
+    best: JointFit
+    rejected: JointFit | None
+    others: tuple[JointFit, ...]
+
+
 def best_torques(
     base: JointFit,
     candidates: Sequence[Candidate],
     trials: float,
     pool: Executor,
     progress: Callable[[str, float], None],
-) -> tuple[JointFit, JointFit | None]:
-    """The declared model with the torques that explain most and predict best; itself if none is worth it.
-
-    And the set that explains far more than that, if one does, but does not predict what was not used.
-    """
+) -> TorqueSearch:
+    """Of the declared model with every set of these torques."""
     best = TorqueSet(base, cross_validate(base, pool))
     known: dict[frozenset[object], JointFit] = {frozenset(): base}
     leaders: list[JointFit] = [base]
@@ -65,25 +79,43 @@ def best_torques(
         best = _better(best, allowed, trials, pool)
         rejected = min([f for f in (rejected, *allowed[:1]) if f is not None], key=lambda f: f.chi2, default=None)
         leaders = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _LIMITS.rival_share)][: _LIMITS.grown_sets]
-    return (
-        best.fitted,
-        rejected if rejected is not None and rejected.chi2 < _LIMITS.rejected_share * best.fitted.chi2 else None,
+    far_better = rejected is not None and rejected.chi2 < _LIMITS.rejected_share * best.fitted.chi2
+    return TorqueSearch(
+        best=best.fitted,
+        rejected=rejected if far_better else None,
+        others=() if _quiet(best.fitted) else alternatives(best.fitted, list(known.values())),
     )
+
+
+def alternatives(best: JointFit, fits: Sequence[JointFit]) -> tuple[JointFit, ...]:
+    """Other sets of as few effects, whose misfit is at most so many times that of a model which leaves no noise.
+
+    Their chi^2 does not exclude them: what is left is the model's error, of which nobody knows the distribution. Sets
+    that hold a smaller one of this kind are not told.
+    """
+    limit = _LIMITS.alternative_misfit**2 * best.chi2
+    near = [f for f in fits if _keys(f) and f.chi2 < limit and len(_keys(f)) <= len(_keys(best))]
+    least = [f for f in near if not any(_keys(o) < _keys(f) for o in near)]
+    return tuple(sorted((f for f in least if not _keys(f) <= _keys(best)), key=lambda f: f.chi2))
 
 
 def _kicked(at: JointFit) -> list[Candidate]:
     """Kicks that explain the residual of a set; those of the declared model are candidates already."""
-    return kicks(at) if at.hypothesis.effects else []
+    return kicks(at) if _keys(at) else []
 
 
 def _complete(at: JointFit) -> bool:
     """Nothing but noise is left: a larger set would explain noise."""
-    return bool(at.hypothesis.effects) and at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
+    return bool(_keys(at)) and _quiet(at)
+
+
+def _quiet(at: JointFit) -> bool:
+    return at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
 
 
 def _keys(at: JointFit) -> frozenset[object]:
-    """The effects of a set, whatever their hidden scales."""
-    return frozenset(c.effect for c in at.hypothesis.effects)
+    """The effects of a set, whatever their hidden scales; lines and second modes are found beside it."""
+    return frozenset(c.effect for c in at.hypothesis.effects if c.effect not in OSCILLATIONS)
 
 
 def _sets(
@@ -127,6 +159,7 @@ def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list
 def _better(best: TorqueSet, allowed: Sequence[JointFit], trials: float, pool: Executor) -> TorqueSet:
     """The set of a size that predicts best among those that fit about best, if it is worth its parameters."""
     rivals = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _LIMITS.rival_share)][: _LIMITS.compared_sets]
+    rivals += [f for f in _laws_of_amplitude(allowed) if f not in rivals]
     scored = [TorqueSet(f, cross_validate(f, pool)) for f in rivals]
     least = min((s.error for s in scored), default=0.0)
     for one in sorted(scored, key=lambda s: _rank(s, least)):
@@ -135,22 +168,36 @@ def _better(best: TorqueSet, allowed: Sequence[JointFit], trials: float, pool: E
     return best
 
 
-def _rank(one: TorqueSet, least: float) -> tuple[bool, int, int, float]:
-    """Of sets that predict as well: friction that takes energy, then few parameters."""
-    feeding = len(negative_effects(one.fitted))
-    return one.error > _LIMITS.as_good_ratio * least, feeding, _parameters(one.fitted), one.error
+def _laws_of_amplitude(allowed: Sequence[JointFit]) -> list[JointFit]:
+    """The best set of a size that knows no time, where the best one does, leaves no noise and is hardly better.
+
+    In one swing that dies, a time constant of its own follows any law of the amplitude, with one parameter more.
+    """
+    if not allowed or _quiet(allowed[0]) or not timed_torques(allowed[0]) or not same_swing(allowed[0]):
+        return []
+    limit = _LIMITS.alternative_misfit**2 * allowed[0].chi2
+    return [f for f in allowed if not timed_torques(f) and f.chi2 < limit][:1]
+
+
+def _rank(one: TorqueSet, least: float) -> tuple[bool, bool, int, int, float]:
+    """Of sets that predict as well: laws of the amplitude, friction that takes energy, then few parameters."""
+    fitted, feeding = one.fitted, len(negative_effects(one.fitted))
+    doubtful = not _quiet(fitted) and same_swing(fitted)
+    timed = doubtful and timed_torques(fitted)
+    ratio = _LIMITS.alternative_misfit if doubtful and not timed else _LIMITS.as_good_ratio
+    return one.error > ratio * least, timed, feeding, _parameters(fitted), one.error
 
 
 def _sure(smaller: JointFit, larger: JointFit, trials: float) -> bool:
     """The fall of chi^2 is no chance."""
     fall = (smaller.chi2 - larger.chi2) / larger.noise_factor
     added = _parameters(larger) - _parameters(smaller)
-    count = len(larger.hypothesis.effects)
+    count = len(_keys(larger))
     return log_chance(fall, max(1, added), trials**count / math.factorial(count)) < LEVEL
 
 
 def _parameters(at: JointFit) -> int:
-    return sum(1 + len(c.hidden) for c in at.hypothesis.effects)
+    return sum(1 + bool(c.hidden) for c in at.hypothesis.effects)
 
 
 def _predicts(smaller: TorqueSet, larger: TorqueSet) -> bool:

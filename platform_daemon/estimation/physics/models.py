@@ -106,7 +106,10 @@ class RingDownModel:
     @property
     def _declared(self) -> tuple[Parameter, ...]:
         """All parameters as every model knows them."""
-        own = (Parameter(c.name, c.unit, lower=0.0 if c.hidden else -math.inf) for c in self.coefficients)
+        own = (
+            Parameter(c.name, c.unit, lower=0.0 if c.hidden else -math.inf, fixed=c.typical if c.held else None)
+            for c in self.coefficients
+        )
         return (*_COMMON, *own)
 
     @cached_property

@@ -31,6 +31,7 @@ class Coefficient:
         power: power of w (rad/s) that makes it dimensionless: 1 for 1/s, 2 for rad/s^2, -1 for s.
         typical: typical dimensionless size, used only to scale priors and first guesses.
         hidden: a scale inside the term (a velocity, a time) that must not be 0; the fit begins at the typical size.
+        held: of a hidden one: a convention that the strength depends on, which no fit moves from the typical size.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Coefficient:
     power: int
     typical: float
     hidden: bool = False
+    held: bool = False
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,8 @@ linear_restoring: The restoring torque of the small-angle regime, -phi in place 
 magnetic_restoring: The restoring torque of the stator magnet, -sin(phi): eq:T_m, eq:omega_nat.
 own_terms: Torque terms of other packages, found by entry point: each is compiled by itself, so that no kernel is
     compiled again.
+power_restoring: A restoring torque that grows with a free power of the deflection, -k w^2 a (|phi| / a)^p sgn(phi):
+    p = 3 is a cube.
 quadratic_drag: Drag of a turbulent flow, -b phi' |phi'|.
 restoring_anharmonicity: A restoring torque that weakens with the deflection: -sin(phi) [1 - beta (1 - cos(phi))].
 stribeck_coulomb_friction: Dry friction that falls with the speed, -sgn(phi') a exp(-|phi'| / v_s): what a Coulomb
@@ -45,6 +47,7 @@ from .hertz_friction_under_weight import HERTZ_FRICTION_UNDER_WEIGHT
 from .linear_restoring import LINEAR_RESTORING
 from .magnetic_restoring import MAGNETIC_RESTORING
 from .own_terms import own_terms
+from .power_restoring import POWER_RESTORING
 from .quadratic_drag import QUADRATIC_DRAG
 from .restoring_anharmonicity import RESTORING_ANHARMONICITY
 from .stribeck_coulomb_friction import STRIBECK_COULOMB_FRICTION
@@ -69,7 +72,7 @@ AUTONOMOUS = (
 )
 TIMED = (FREQUENCY_DRIFT, FREQUENCY_SETTLING)
 # Terms that are compiled by themselves, without a decorator: no kernel is compiled again for one of them.
-SEPARATE_BUILT_IN: tuple[TorqueTerm, ...] = ()
+SEPARATE_BUILT_IN: tuple[TorqueTerm, ...] = (POWER_RESTORING,)
 # In the place of a listed term where more is known of the resonator; nobody chooses them by name.
 IN_PLACE: tuple[TorqueTerm, ...] = (HERTZ_FRICTION_UNDER_WEIGHT,)
 FROM_PACKAGES, BROKEN = own_terms((*AUTONOMOUS, *TIMED, *SEPARATE_BUILT_IN))
@@ -106,6 +109,7 @@ __all__ = [
     "LINEAR_RESTORING",
     "MAGNETIC_RESTORING",
     "OF_OTHER_SIGN_IN_MIRROR",
+    "POWER_RESTORING",
     "QUADRATIC_DRAG",
     "RESTORING_ANHARMONICITY",
     "SEPARATE",
