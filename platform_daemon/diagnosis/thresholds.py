@@ -158,6 +158,7 @@ class Selection:
     as_good_ratio: float = 1.03  # of held-out errors: as good, so the set with fewer parameters is taken [A]
     # of the misfit of a model that leaves more than noise: another one is as likely [unset]
     alternative_misfit: float = 1.5
+    parting_rates: float = 2.0  # ratio of two shots' dampings, from which on time and amplitude are told apart [unset]
     helping_ratio: float = 0.9  # of held-out errors that a further torque must reach [A]
     refined_shares: tuple[float, ...] = (1.0, 0.4, 0.15)  # of a grid step, at which places are refined in turn [unset]
     own_refined_shares: tuple[float, ...] = (1.0, 0.3)  # the same for effects that every shot has for itself [unset]

@@ -19,7 +19,7 @@ from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.shots.thread_pool import InlineExecutor
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 
-from .amplitude_laws import same_swing, timed_torques
+from .amplitude_laws import is_timed, laws_of_amplitude, time_is_doubtful, timed_torques
 from .kick_search import kick_missing, kicks
 from .refits import allowed_refit, refined
 from .scales import at_best_scales
@@ -91,12 +91,16 @@ def alternatives(best: JointFit, fits: Sequence[JointFit]) -> tuple[JointFit, ..
     """Other sets of as few effects, whose misfit is at most so many times that of a model which leaves no noise.
 
     Their chi^2 does not exclude them: what is left is the model's error, of which nobody knows the distribution. Sets
-    that hold a smaller one of this kind are not told.
+    that hold a smaller one of this kind are not told. Beside a torque that depends on time a law of the amplitude is
+    told in any case, unless shots part the two.
     """
     limit = _LIMITS.alternative_misfit**2 * best.chi2
     near = [f for f in fits if _keys(f) and f.chi2 < limit and len(_keys(f)) <= len(_keys(best))]
-    least = [f for f in near if not any(_keys(o) < _keys(f) for o in near)]
-    return tuple(sorted((f for f in least if not _keys(f) <= _keys(best)), key=lambda f: f.chi2))
+    least = [f for f in near if not any(_keys(o) < _keys(f) for o in near) and not _keys(f) <= _keys(best)]
+    if timed_torques(best) and time_is_doubtful(best) and not any(map(laws_of_amplitude, least)):
+        laws = [f for f in fits if laws_of_amplitude(f) and len(_keys(f)) <= len(_keys(best))]
+        least += sorted(laws, key=lambda f: f.chi2)[:1]
+    return tuple(sorted(least, key=lambda f: f.chi2))
 
 
 def _kicked(at: JointFit) -> list[Candidate]:
@@ -127,18 +131,14 @@ def _sets(
         keys = _keys(at) | {c.effect}
         if len(keys) != size or len(_keys(at)) != size - 1 or keys in known:
             continue
-        if size > 1 and _timed(c) and at not in grown[: _LIMITS.timed_sets]:
+        # Torques that depend on time are traced through every half cycle, which takes as long as ten others.
+        if size > 1 and is_timed(c) and at not in grown[: _LIMITS.timed_sets]:
             continue
         # Of an effect with several forms each is tried.
         forms = frozenset((c.effect.id, c.detail) for c in (*at.hypothesis.effects, c))
         if forms not in best or at.chi2 < best[forms][1].chi2:
             best[forms] = c, at
     return list(best.values())
-
-
-def _timed(c: Candidate) -> bool:
-    """Torques that depend on time are traced through every half cycle, which takes as long as ten others."""
-    return c.term is not None and c.term.timed
 
 
 def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list[JointFit]:
@@ -159,7 +159,7 @@ def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list
 def _better(best: TorqueSet, allowed: Sequence[JointFit], trials: float, pool: Executor) -> TorqueSet:
     """The set of a size that predicts best among those that fit about best, if it is worth its parameters."""
     rivals = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _LIMITS.rival_share)][: _LIMITS.compared_sets]
-    rivals += [f for f in _laws_of_amplitude(allowed) if f not in rivals]
+    rivals += [f for f in _laws_of_amplitude(allowed) if not any(f is r for r in rivals)]
     scored = [TorqueSet(f, cross_validate(f, pool)) for f in rivals]
     least = min((s.error for s in scored), default=0.0)
     for one in sorted(scored, key=lambda s: _rank(s, least)):
@@ -173,7 +173,7 @@ def _laws_of_amplitude(allowed: Sequence[JointFit]) -> list[JointFit]:
 
     In one swing that dies, a time constant of its own follows any law of the amplitude, with one parameter more.
     """
-    if not allowed or _quiet(allowed[0]) or not timed_torques(allowed[0]) or not same_swing(allowed[0]):
+    if not allowed or not time_is_doubtful(allowed[0]) or not timed_torques(allowed[0]):
         return []
     limit = _LIMITS.alternative_misfit**2 * allowed[0].chi2
     return [f for f in allowed if not timed_torques(f) and f.chi2 < limit][:1]
@@ -182,7 +182,7 @@ def _laws_of_amplitude(allowed: Sequence[JointFit]) -> list[JointFit]:
 def _rank(one: TorqueSet, least: float) -> tuple[bool, bool, int, int, float]:
     """Of sets that predict as well: laws of the amplitude, friction that takes energy, then few parameters."""
     fitted, feeding = one.fitted, len(negative_effects(one.fitted))
-    doubtful = not _quiet(fitted) and same_swing(fitted)
+    doubtful = time_is_doubtful(fitted)
     timed = doubtful and timed_torques(fitted)
     ratio = _LIMITS.alternative_misfit if doubtful and not timed else _LIMITS.as_good_ratio
     return one.error > ratio * least, timed, feeding, _parameters(fitted), one.error
@@ -202,6 +202,9 @@ def _parameters(at: JointFit) -> int:
 
 def _predicts(smaller: TorqueSet, larger: TorqueSet) -> bool:
     """Better on held-out data; where nothing but noise is left, no worse is enough, for noise is all that is scored."""
-    if larger.fitted.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
+    if _quiet(larger.fitted):
         return larger.held_out.worse_by(smaller.held_out) < 0.0
+    new_time = time_is_doubtful(larger.fitted) and timed_torques(larger.fitted) and not timed_torques(smaller.fitted)
+    if new_time and _keys(smaller.fitted):
+        return _LIMITS.alternative_misfit * larger.error < smaller.error
     return larger.error < _LIMITS.helping_ratio * smaller.error

@@ -12,6 +12,7 @@ from platform_daemon.diagnosis.effects.effect import Candidate
 from platform_daemon.diagnosis.regression.cross_validation import CrossValidation, cross_validate
 from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly, starting_point
 from platform_daemon.diagnosis.regression.score_test import ScoreTable
+from platform_daemon.diagnosis.selection.amplitude_laws import is_timed, time_is_doubtful
 from platform_daemon.diagnosis.selection.confounders import Confounder, confounders, gain_of
 from platform_daemon.diagnosis.selection.sign_constraints import without_gain_of_energy
 from platform_daemon.diagnosis.selection.significance import log_chance
@@ -68,7 +69,12 @@ def _best_predicting(found: Selection, pool: Executor) -> tuple[ScoreTable, Repl
     """The best refit, or one with look-alikes that predicts better; the effects that they have replaced."""
     table, replaced = found.score_table, ReplacedEffects()
     for effect in table.joint_fit.hypothesis.common:
-        look_alikes = [r for r in confounders(table, effect, pool) if r.indistinguishable and _sure(r, found.trials)]
+        doubtful = time_is_doubtful(table.joint_fit) and not is_timed(effect)
+        look_alikes = [
+            r
+            for r in confounders(table, effect, pool)
+            if r.indistinguishable and _sure(r, found.trials) and not (doubtful and is_timed(r.candidate))
+        ]
         if not look_alikes:
             continue
         first, gain = cross_validate(table.joint_fit, pool), gain_of(table.joint_fit, effect)
