@@ -272,7 +272,7 @@ def _of_effects(
     """The diagnosis by effects on one angle, without shots, defects of the data, time, and notes on further shots."""
     found, final, verdict, named = searched.found, searched.final, searched.verdict, searched.named
     tentative, why_not = not_accepted(found, final, named, searched.doubts) if verdict == "unexplained" else ((), "")
-    own = strengths_by_shot(found, pool) if verdict == "unexplained" else None
+    own = strengths_by_shot(found.rejected or found.best, pool) if verdict == "unexplained" else None
     differ = own is not None and own.differ
     why_not = "its strength differs from shot to shot" if differ else why_not
     if verdict == "unexplained":

@@ -10,7 +10,6 @@ import numpy as np
 
 from platform_daemon.diagnosis.effects.effect import Candidate
 from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly
-from platform_daemon.diagnosis.selection.stepwise import Selection
 from platform_daemon.diagnosis.shots.thread_pool import InlineExecutor
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
@@ -63,9 +62,8 @@ class ShotStrengths:
         return f"; {self.shots[k]} is the odd one" if apart > _LIMITS.odd_shot_ratio * spans[k] else ""
 
 
-def strengths_by_shot(found: Selection, pool: Executor) -> ShotStrengths | None:
-    """Of the set that fits best, accepted or not; None of one shot, of noise, or where no effect is common."""
-    at = found.best if found.rejected is None else found.rejected
+def strengths_by_shot(at: JointFit, pool: Executor) -> ShotStrengths | None:
+    """Of a set of effects; None of one shot, of noise, or where no effect is common."""
     if len(at.prepared) == 1 or at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
         return None
     slices = zip(at.hypothesis.common, at.hypothesis.slices, strict=True)
