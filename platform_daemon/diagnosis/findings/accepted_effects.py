@@ -100,14 +100,22 @@ def _not_excluded(found: Selection, effect: Candidate) -> tuple[Confounder, ...]
     """
     if found.torques is None or effect.effect not in _effects_of(found.torques):
         return ()
-    alike, limit = [], THRESHOLDS.selection.told_apart_chi2
+    alike: list[Confounder] = []
+    limit = THRESHOLDS.selection.told_apart_chi2
     for other in found.others:
         if effect.effect in _effects_of(other):
             continue
         rise = min((other.chi2 - found.torques.chi2) / found.torques.noise_factor, limit)
-        new = [c for c in other.hypothesis.effects if c.effect not in _effects_of(found.torques)]
+        new = [c for c in other.hypothesis.effects if c.effect not in _effects_of(found.torques) and _alike(c, effect)]
         alike += [Confounder(candidate=c, rise=rise, gain=gain_of(other, c), joint_fit=other) for c in new]
     return tuple(alike)
+
+
+def _alike(one: Candidate, other: Candidate) -> bool:
+    """Both act on the motion, and either both take energy or none does."""
+    if one.term is None or other.term is None:
+        return False
+    return one.term.loses_energy == other.term.loses_energy
 
 
 def _effects_of(at: JointFit) -> set[Effect]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from platform_daemon.diagnosis.effects.additive import OSCILLATIONS
 from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.effects.kick import KICK
 from platform_daemon.diagnosis.regression.cross_validation import CrossValidation, cross_validate
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.shots.thread_pool import InlineExecutor
@@ -204,7 +205,11 @@ def _predicts(smaller: TorqueSet, larger: TorqueSet) -> bool:
     """Better on held-out data; where nothing but noise is left, no worse is enough, for noise is all that is scored."""
     if _quiet(larger.fitted):
         return larger.held_out.worse_by(smaller.held_out) < 0.0
-    new_time = time_is_doubtful(larger.fitted) and timed_torques(larger.fitted) and not timed_torques(smaller.fitted)
-    if new_time and _keys(smaller.fitted):
-        return _LIMITS.alternative_misfit * larger.error < smaller.error
-    return larger.error < _LIMITS.helping_ratio * smaller.error
+    patched = _keys(smaller.fitted) and _patches(larger.fitted, smaller.fitted)
+    return larger.error < smaller.error * (1.0 / _LIMITS.alternative_misfit if patched else _LIMITS.helping_ratio)
+
+
+def _patches(larger: JointFit, smaller: JointFit) -> bool:
+    """The larger set has a kick, or a torque that depends on time, which may mend what laws of the motion miss."""
+    new_time = timed_torques(larger) and not timed_torques(smaller)
+    return (new_time and time_is_doubtful(larger)) or KICK in _keys(larger) - _keys(smaller)
