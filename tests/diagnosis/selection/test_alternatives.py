@@ -32,26 +32,27 @@ def roll(amplitude=0.6, periods=12, viscous=0.02, power=4.5, ripple=1.5e-3):
     return half_cycles(torque, amplitude, s, 1e-10)[0] + ripple * np.sin(0.37 * s) * np.cos(1.9 * s)
 
 
-def fits_of(*angles):
-    """The declared model fitted to angles, and a fit by the id of each single torque."""
+def declared(*angles):
+    """The declared model fitted to angles."""
     shots = []
     for k, angle in enumerate(angles):
         read = angle + np.random.default_rng(k).normal(0.0, NOISE, angle.size)
         record = RingDownRecord(read[None], RATE, "angle")
         shots.append(DiagnosisShot(f"swing {k}", record, estimate_noise(record)))
     prepared, _ = initial_fits(shots, THREAD, POOL)
-    base = fit_jointly(prepared, Hypothesis(THREAD), POOL)
+    return fit_jointly(prepared, Hypothesis(THREAD), POOL)
+
+
+@pytest.fixture(scope="module")
+def one_swing():
+    """The declared model fitted to one swing, and a fit by the id of each single torque."""
+    base = declared(roll())
     torques = pendulum_candidates(THREAD, 8.0, 6.0, 0.6)
     chosen = [c for c in torques if c.effect.id in ("power_restoring", "cubic_restoring", "bias_torque")]
     chosen += [c for c in torques if c.effect.id == "frequency_drift" and c.hidden]
     found = {c.effect.id: refit(base.hypothesis.plus(c), base, POOL) for c in chosen}
     assert None not in found.values()
     return base, found
-
-
-@pytest.fixture(scope="module")
-def one_swing():
-    return fits_of(roll())
 
 
 def test_of_one_swing_that_leaves_more_than_noise_time_is_doubtful(one_swing):
@@ -64,13 +65,13 @@ def test_of_one_swing_that_leaves_more_than_noise_time_is_doubtful(one_swing):
 
 
 def test_of_swings_of_other_sizes_it_is_not():
-    base, _ = fits_of(roll(periods=6), roll(0.35, periods=6))
+    base = declared(roll(periods=6), roll(0.35, periods=6))
     assert base.chi2_per_dof > 1.1
     assert not time_is_doubtful(base)
 
 
 def test_where_noise_alone_is_left_it_decides():
-    base, _ = fits_of(roll(0.02, periods=6, ripple=0.0))
+    base = declared(roll(0.02, periods=6, ripple=0.0))
     assert base.chi2_per_dof < 1.1
     assert not time_is_doubtful(base)
 

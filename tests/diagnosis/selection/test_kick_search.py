@@ -27,7 +27,7 @@ def with_a_kick(angle, noise=3e-4):
     return base, refined(fitted, pool)
 
 
-@pytest.mark.parametrize("change", [1e-3, 2e-2])
+@pytest.mark.parametrize("change", [1e-3, pytest.param(2e-2, marks=pytest.mark.long)])
 def test_a_kick_shows_at_its_instant(change):
     assert not kick_missing(with_a_kick(kicked(0.8, 15.0, at_period=7.3, change=change))[1])
 
