@@ -27,6 +27,8 @@ class Shots:
     kept_amplitude: float = 0.12
     first_part: int = 8  # a fit that finds no minimum begins with one part in so many of an angle's window [A]
     beginning_s: float = 0.1  # of a rotor's shot in which one angle is near enough to begin with [unset]
+    # of what waves leave over what differences show, from which on an angle was filtered [unset]
+    filtered_ratio: float = 30.0
     stray_ratio: float = 3.0  # of two frequencies: a trial step that leads further away is refused [A]
     kept_bases: int = 2  # linearised states of a shot that are cached, some megabytes each [cost]
     largest_sensitivity: float = 1e60  # of the basis functions; beyond, the trajectory is lost [digits]
@@ -292,6 +294,7 @@ class Findings:
     sure_share: float = 0.8  # of what may be missing, at sure_chance, that an explanation must account for [D]
     sure_chance: float = 0.05  # probability of the upper limit of what may be missing [noise]
     noted_chi2_per_dof: float = 1.05  # from which on a note says that errors are widened [unset]
+    told_sets: int = 5  # as likely as what is named, in a note [drawing]
     noted_growth: float = 1.5  # of a standard deviation that is worth a note [unset]
     # of chi^2 with common strengths, that strengths of each shot's own must leave to be told [unset]
     own_strength_share: float = 0.5

@@ -70,8 +70,10 @@ def notes(
         for name in negative_effects(final)
     ]
     if found.others:
-        sets = [" + ".join(c.effect.id for c in other.hypothesis.effects) for other in found.others]
-        lines.append(f"what is left is no noise, so that sets which leave little more are as likely: {'; '.join(sets)}")
+        told = found.others[: _LIMITS.told_sets]
+        sets = "; ".join(" + ".join(c.effect.id for c in other.hypothesis.effects) for other in told)
+        more = f"; and {len(found.others) - len(told)} more" if len(told) < len(found.others) else ""
+        lines.append(f"what is left is no noise, so that sets which leave little more are as likely: {sets}{more}")
     if final.chi2_per_dof > _LIMITS.noted_chi2_per_dof:
         lines.append(f"chi2/dof stays at {final.chi2_per_dof:.3g}: errors and chances are widened accordingly")
         lines += [
