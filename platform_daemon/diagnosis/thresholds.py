@@ -27,8 +27,6 @@ class Shots:
     kept_amplitude: float = 0.12
     first_part: int = 8  # a fit that finds no minimum begins with one part in so many of an angle's window [A]
     beginning_s: float = 0.1  # of a rotor's shot in which one angle is near enough to begin with [unset]
-    # of what waves leave over what differences show, from which on an angle was filtered [unset]
-    filtered_ratio: float = 30.0
     stray_ratio: float = 3.0  # of two frequencies: a trial step that leads further away is refused [A]
     kept_bases: int = 2  # linearised states of a shot that are cached, some megabytes each [cost]
     largest_sensitivity: float = 1e60  # of the basis functions; beyond, the trajectory is lost [digits]

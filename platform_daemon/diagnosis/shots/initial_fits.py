@@ -15,8 +15,6 @@ from platform_daemon.estimation.least_squares.constraints import fixed_values
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation, FreeGainObservation
 from platform_daemon.estimation.least_squares.public_parameters import by_convention
-from platform_daemon.estimation.noise.angle import angle_sd_beside_waves
-from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 from platform_daemon.estimation.physics.trajectory.turning_points import turning_points
@@ -116,19 +114,8 @@ def _start(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | Unfitted
     except (RefusedError, LostTrajectoryError) as error:
         return UnfittedShot(shot, str(error))
     frequency_hz = state.dynamics.w / (2.0 * math.pi)
-    shot = _with_noise_of_filter(shot, frequency_hz)
     grids = grids_for(shot.record, last, frequency_hz)
     return PreparedShot(shot, state, grids, whitening_for(shot, grids, frequency_hz))
-
-
-def _with_noise_of_filter(shot: DiagnosisShot, frequency_hz: float) -> DiagnosisShot:
-    """The shot; of an angle that was filtered so that differences show no noise, with what waves leave as its noise."""
-    if shot.record.quantity != "angle":
-        return shot
-    slow = angle_sd_beside_waves(shot.record, frequency_hz)
-    if slow is None or slow < _LIMITS.filtered_ratio * float(shot.noise.sd[0]):
-        return shot
-    return replace(shot, noise=NoiseModel.white(np.array([slow]), shot.rate_hz))
 
 
 def _minimum(shot: DiagnosisShot, model: RingDownModel) -> FitState:

@@ -42,20 +42,6 @@ def angle_noise_sd(record: RingDownRecord, frequency_hz: float) -> float | None:
     return max(*levels, _step(y) / math.sqrt(12.0)) if levels else None
 
 
-def angle_sd_beside_waves(record: RingDownRecord, frequency_hz: float) -> float | None:
-    """Standard deviation of what is no sum of harmonics of slowly changing size in windows of few periods, in rad.
-
-    Of samples that were filtered or integrated: neighbours share their errors, so that differences tell only the digits
-    of the numbers. None if they are multiples of a step, which no filter leaves, or too few.
-    """
-    y, per_period = record.valid[0], record.sampling_rate_hz / frequency_hz
-    if _step(y) > 0.0:
-        return None
-    every = max(1, int(per_period / LIMITS.difference_means_per_period))
-    levels = _beside_waves(y[::every], per_period / every)
-    return levels[0] if levels else None
-
-
 def _beside_waves(y: Array, per_period: float) -> list[float]:
     """The level of what is no sum of harmonics of slowly changing size in windows of few periods; none if too few.
 
