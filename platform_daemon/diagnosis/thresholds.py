@@ -351,6 +351,7 @@ class RigidBody:
     start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
     start_m: float = 1e-4  # displacement, likewise [unset]
     near_rad: float = 0.1  # between the orientation of one angle and the declared one, up to which they are one [unset]
+    upright_rad: float = 0.6  # of a main axis from the vertical, up to which it is meant to be so [unset]
     # The grid where it is further
     largest_rad: float = 0.055  # largest tilt [unset]
     largest_m: float = 3.5e-4  # largest displacement [unset]

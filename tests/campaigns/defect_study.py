@@ -149,7 +149,6 @@ def shot_of(case: Case, rx_s: float) -> tuple[DiagnosisShot, dict[str, Any]]:
             rx_start_s=(TX + SWITCH) / CLOCK.rate_hz,
         ),
         rotation=rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad)),
-        moving=False,
     )
     model, sensitivity = noise.for_shot(record).model, np.asarray(bench.calibration.sensitivity)
     assert model is not None

@@ -36,7 +36,7 @@ def _like(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Exe
     Raises RotorFitError.
     """
     found, n = fits[0], shot.count(_LIMITS.sign_window_s)
-    common = [p.name for p in free_parameters(shot.geometry, [defect_of(found)], moving=shot.moving) if p.common]
+    common = [p.name for p in free_parameters(shot.geometry, [defect_of(found)], shot.start) if p.common]
     part = replace(shot, samples=shot.samples[:, :n])
     tried: list[RotorFit] = []
     for values in _starts(shot, other, fits):
@@ -75,9 +75,7 @@ def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit]) -> Iter
     as_first = replace(
         there,
         f_nat_hz=v.f_nat_hz + there.f_nat_hz - other.values.f_nat_hz,
-        start_angle_rad=0.0,
-        start_speed_rad_per_s=0.0,
-    )
+    ).with_numbers(v.start)
     if other.values.tf_over_i_rad_per_s2 > 0.0 and v.tf_over_i_rad_per_s2 > 0.0:
         ratio = there.tf_over_i_rad_per_s2 / other.values.tf_over_i_rad_per_s2
         as_first = replace(as_first, tf_over_i_rad_per_s2=v.tf_over_i_rad_per_s2 * ratio)
@@ -85,7 +83,7 @@ def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit]) -> Iter
     apart = np.linalg.norm(rodrigues_from_rotation(v.rotation.T @ other.values.rotation))
     turned = [as_one_angle, as_first] if apart > _LIMITS.near_rad else [as_one_angle]
     yield from (as_one_angle, as_first)
-    size = _left_over_rad(fits[-1]) if shot.moving else 0.0
+    size = _left_over_rad(fits[-1]) if shot.start == "swing" else 0.0
     if size < _LIMITS.start_rad:
         return
     for begun in turned:

@@ -37,7 +37,7 @@ class Layout:
         defects = tuple(defects)
         for shot in shots:
             of_shot = tuple(
-                p for p in free_parameters(shot.geometry, defects, moving=shot.moving) if p.name not in held
+                p for p in free_parameters(shot.geometry, defects, shot.start) if p.name not in held
             )
             here = []
             for p in of_shot:

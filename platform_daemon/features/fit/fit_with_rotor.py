@@ -99,6 +99,7 @@ def _shot(
         rotation=known.facing(rotation_from_rodrigues(np.array([found[n] for n in RODRIGUES]))),
         **error.held,
     ).with_numbers({error.parameter: error.strength})
+    assert known.rotation is not None
     samples = record.valid[:, : start.samples]
     late_s = record.valid_from / record.sampling_rate_hz
     return RotorShot(
@@ -106,10 +107,10 @@ def _shot(
         rate_hz=record.sampling_rate_hz,
         sd=noise.sd,
         geometry=known.geometry,
-        drive=replace(known.drive, rx_start_s=known.drive.rx_start_s + late_s),
+        drive=known.drive_from(late_s),
         values=values,
         declared=known.rotation,
-        moving=known.moving,
+        start=known.start,
     )
 
 

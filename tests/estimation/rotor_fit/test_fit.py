@@ -97,12 +97,12 @@ def test_the_last_window_but_one_ends_where_the_diagnosis_splits_a_single_shot()
 
 def test_a_thread_has_no_friction_and_a_shot_after_another_has_its_swing():
     shot, _ = tilted(4)
-    names = [p.name for p in free_parameters(shot.geometry, ["bearing_tilt_rad"], moving=True)]
+    names = [p.name for p in free_parameters(shot.geometry, ["bearing_tilt_rad"], "swing")]
     assert "friction_coefficient" not in names
     assert {"bearing_tilt_rad", "start_angle_rad", "start_speed_rad_per_s"} <= set(names)
     jewel = replace(shot.geometry, bearing="jewel")
     assert {"friction_coefficient", "tf_over_i_rad_per_s2"} <= {
-        p.name for p in free_parameters(jewel, (), moving=False)
+        p.name for p in free_parameters(jewel, (), "rest")
     }
 
 
