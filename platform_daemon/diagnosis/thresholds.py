@@ -351,7 +351,7 @@ class RigidBody:
     start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
     start_m: float = 1e-4  # displacement, likewise [unset]
     near_rad: float = 0.1  # between the orientation of one angle and the declared one, up to which they are one [unset]
-    upright_rad: float = 0.6  # of a main axis from the vertical, up to which it is meant to be so [unset]
+    upright_rad: float = 1.4  # of a main axis from the vertical, up to which it is meant to be so [unset]
     # The grid where it is further
     largest_rad: float = 0.055  # largest tilt [unset]
     largest_m: float = 3.5e-4  # largest displacement [unset]
@@ -360,6 +360,7 @@ class RigidBody:
     grid_softening: tuple[float, ...] = (0.0, 1.5, 3.0, 4.5)
     grid_moments: tuple[float, ...] = (0.65, 0.7, 0.75, 0.8, 0.85, 0.9)  # m_r over the stator's by the drawing [unset]
     grid_side_damping_per_s: tuple[float, ...] = (5.0, 20.0)  # 1/s of side modes [unset]
+    grid_settled: int = 20  # of each kind whose state at the first sample is fitted, where no drive is known [unset]
     grid_kept: int = 4  # points of each kind from which fits begin [unset]
     # 1/s, lambda at the start, least and most: that of one angle takes what goes to side modes and slip [unset]
     damping_per_s: tuple[float, float] = (0.05, 0.1)
@@ -375,6 +376,9 @@ class RigidBody:
     swing_periods: float = 10.0  # periods of a stretch in which the swing's size is read [unset]
     exchange_window_s: float = 0.4  # s in which an error takes the place of another one [unset]
     exchange_parts: int = 4  # in which it does so [unset]
+    free_start_periods: float = 2.0  # of a motion of which no drive is known, in which its start is sought [unset]
+    free_start_phases: int = 24  # of the swing, which are tried [unset]
+    free_start_sizes: tuple[float, ...] = (0.85, 0.93, 1.0, 1.07, 1.15)  # over that which the power tells [unset]
     start_phases: int = 8  # of a swing that is left of the shot before, at which a fit begins [unset]
     like_first_sigma: float = 3.0  # of chi2/dof of another shot's short window, up to which a start is right [unset]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]

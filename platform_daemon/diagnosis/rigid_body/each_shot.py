@@ -17,6 +17,7 @@ from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fi
 from platform_daemon.estimation.rotor_fit.parameters import free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 
+from .free_start import begun_freely, settled_start
 from .search import defect_of, total_chi2
 
 _LIMITS = THRESHOLDS.rigid_body
@@ -39,7 +40,7 @@ def _like(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Exe
     common = [p.name for p in free_parameters(shot.geometry, [defect_of(found)], shot.start) if p.common]
     part = replace(shot, samples=shot.samples[:, :n])
     tried: list[RotorFit] = []
-    for values in _starts(shot, other, fits):
+    for values in _starts(shot, other, fits, pool):
         tried += _short_fits(replace(part, values=values), found, common, pool)
         if tried and _is_noise(tried[-1], found):
             break
@@ -68,9 +69,10 @@ def _is_noise(fit: RotorFit, first: RotorFit) -> bool:
     return fit.chi2_per_dof < level * max(1.0, first.chi2_per_dof)
 
 
-def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit]) -> Iterator[RotorValues]:
+def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Executor) -> Iterator[RotorValues]:
     """Start values: as far from one angle's as those of the first shot; where one angle is wrong, the first shot's
-    orientation and moment; at rest, and in the swing in which the shot before ended, whose phase nothing tells."""
+    orientation and moment; at rest, and in the swing in which the shot before ended, whose phase nothing tells; without
+    a known drive as the first periods show it."""
     there, v = fits[0].values[0], shot.values
     as_first = replace(
         there,
@@ -82,6 +84,9 @@ def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit]) -> Iter
     as_one_angle = replace(as_first, rotation=v.rotation, m_r_am2=v.m_r_am2 * there.m_r_am2 / other.values.m_r_am2)
     apart = np.linalg.norm(rodrigues_from_rotation(v.rotation.T @ other.values.rotation))
     turned = [as_one_angle, as_first] if apart > _LIMITS.near_rad else [as_one_angle]
+    if shot.start == "free":
+        yield from (settled_start(shot, begun_freely(shot, begun), pool) for begun in reversed(turned))
+        return
     yield from (as_one_angle, as_first)
     size = _left_over_rad(fits[-1]) if shot.start == "swing" else 0.0
     if size < _LIMITS.start_rad:

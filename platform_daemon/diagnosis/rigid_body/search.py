@@ -54,12 +54,15 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
     """
     part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.sign_window_s)])
     held = _held(shot, _LIMITS.sign_window_s)
-    found = []
-    for start in starts_of(part, pool):
-        begun, known = [replace(part, values=start.values)], [start.known]
-        with suppress(RotorFitError):
-            fit = fit_rotor(begun, start.defect, pool, first_window_s=math.inf, whole=False, held=held, known=known)
-            found.append((fit, start.known))
+    found: list[tuple[RotorFit, RotorValues]] = []
+    for starts in starts_of(part, pool):
+        for start in starts:
+            begun, known = [replace(part, values=start.values)], [start.known]
+            with suppress(RotorFitError):
+                fit = fit_rotor(begun, start.defect, pool, first_window_s=math.inf, whole=False, held=held, known=known)
+                found.append((fit, start.known))
+        if any(fit.chi2_per_dof < _LIMITS.explained_chi2_per_dof for fit, _ in found):
+            break
     if not found:
         raise RotorFitError("a short window finds no rotor")
     best = min((fit for fit, _ in found), key=total_chi2)

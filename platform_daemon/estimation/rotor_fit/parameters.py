@@ -12,8 +12,8 @@ from platform_daemon.estimation.thresholds import THRESHOLDS
 LIMITS = THRESHOLDS.rigid_rotor
 Defect = Literal["stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m"]
 Start = Literal["rest", "swing", "free"]
-"""Of a shot: the drive finds the rotor at rest, or in the swing of the shot before; or nothing is known of the drive, and
-the motion begins with the first sample in any state."""
+"""Of a shot: the drive finds the rotor at rest, or in the swing of the shot before; or nothing is known of the drive,
+and the motion begins with the first sample in any state."""
 DEFECTS: tuple[Defect, ...] = ("stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m")
 HELD_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "creep_m_per_s")
 """What belongs to a specimen as its defect does: fits with an adopted defect hold both."""

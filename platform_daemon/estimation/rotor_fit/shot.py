@@ -9,7 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.rigid_rotor.rotor import NO_DRIVE, CoilDrive, RigidRotor, RotorGeometry, RotorValues
+from platform_daemon.estimation.physics.rigid_rotor.rotor import (
+    NO_DRIVE,
+    CoilDrive,
+    RigidRotor,
+    RotorGeometry,
+    RotorValues,
+)
 from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U
 
 from .parameters import FreeParameter, Start

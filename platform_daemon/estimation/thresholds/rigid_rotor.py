@@ -62,7 +62,7 @@ class RigidRotorThresholds:
         3e-4, "s", "L/R of Helmholtz pairs of such a size: a sine of whole periods hardly shows it"
     )
     start_sd_rad: float = tuned(0.2, "rad", "of the swing that may be left of the shot before")
-    start_side_sd: float = tuned(0.1, "1", "of links and of radians, in side modes of a motion of which no drive is known")
+    start_side_sd: float = tuned(0.1, "1", "of links and of radians, in side modes of a free start")
     typical_rad_per_s: float = tuned(1300.0, "rad/s", "omega_nat of such a resonator, for the speeds of both")
     # The distance follows from f_nat, m_r and the stator's design moment as its cube root (eq:T_m, eq:omega_nat).  A
     # grade of magnets leaves the remanence open by 1.5 %, 10 K by 1.2 %, a radius of 1.5 mm good to 10 um the volume

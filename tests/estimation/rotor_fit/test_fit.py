@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS as DIAGNOSIS_LIMITS
-from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
+from platform_daemon.estimation.physics.rigid_rotor.rotor import NO_DRIVE, STARTS, CoilDrive
 from platform_daemon.estimation.rotor_fit.fit import (
     LIMITS,
     RotorFitError,
@@ -101,9 +101,51 @@ def test_a_thread_has_no_friction_and_a_shot_after_another_has_its_swing():
     assert "friction_coefficient" not in names
     assert {"bearing_tilt_rad", "start_angle_rad", "start_speed_rad_per_s"} <= set(names)
     jewel = replace(shot.geometry, bearing="jewel")
-    assert {"friction_coefficient", "tf_over_i_rad_per_s2"} <= {
-        p.name for p in free_parameters(jewel, (), "rest")
-    }
+    assert {"friction_coefficient", "tf_over_i_rad_per_s2"} <= {p.name for p in free_parameters(jewel, (), "rest")}
+
+
+def test_a_motion_without_a_drive_has_neither_its_size_nor_its_delay():
+    shot, _ = tilted(4)
+    driven, free = ({p.name for p in free_parameters(shot.geometry, (), start)} for start in ("rest", "free"))
+    assert driven - free == {"drive_size", "drive_delay_s"}
+    assert free - driven == set(STARTS)
+    jewel = {p.name for p in free_parameters(replace(shot.geometry, bearing="jewel"), (), "free")}
+    assert set(STARTS) - jewel == {"start_lean_u_rad_per_s", "start_lean_v_rad_per_s"}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("bearing", "tilt_rad", "field_t", "held"),
+    [
+        ("thread", 0.01, 2.15e-4, ()),
+        # What so short a shot of a jewel hardly tells is taken as known.
+        ("jewel", 0.0354, 4.9e-4, ("distance_m", "side_damping_per_s", "lambda_per_s", "friction_coefficient")),
+    ],
+)
+def test_without_a_known_drive_a_shot_begins_in_any_state_and_tells_the_tilt(bearing, tilt_rad, field_t, held, pool):
+    """The motion was driven from rest all the same, and began with side modes."""
+    specimen = rigid_specimen(bearing, [0.0, 0.0, -9.81], 5.0, defects={"stator_tilt_rad": tilt_rad})
+    rotor = true_rotor(specimen, replace(DRIVE, field_t=(field_t, 0.0, 0.0)))
+    noise = np.random.default_rng(8).normal(size=(3, SAMPLES)) * SD[:, None]
+    samples, v = rotor.dm_dt(SAMPLES, RATE_HZ)[0] + noise, rotor.values
+    across, along, _ = v.rotation.T @ samples[:, :5].mean(axis=1) / v.m_r_am2
+    angle_rad = math.atan(-across / along)
+    start = replace(
+        v,
+        f_nat_hz=v.f_nat_hz + 0.02,
+        stator_tilt_rad=0.97 * tilt_rad,
+        start_angle_rad=angle_rad,
+        start_speed_rad_per_s=along / math.cos(angle_rad),
+    )
+    shot = RotorShot(
+        samples=samples, rate_hz=RATE_HZ, sd=SD, geometry=rotor.geometry, drive=NO_DRIVE, values=start,
+        declared=v.rotation, start="free",
+    )  # fmt: skip
+    found = fit_rotor([shot], "stator_tilt_rad", pool, held=held)
+    assert found.chi2_per_dof == pytest.approx(1.0, abs=0.05)
+    value, std = found.strength
+    assert abs(value - tilt_rad) < 4 * std < tilt_rad
+    assert abs(found.values[0].f_nat_hz - v.f_nat_hz) < 4 * found.std[0]["f_nat_hz"]
 
 
 @pytest.mark.long
