@@ -34,12 +34,14 @@ def starts_of(shot: RotorShot, pool: Executor) -> Iterator[list[Start]]:
     """Of a short window, and others if none of these finds a rotor.
 
     With a large error one angle takes the part along the main axis for an orientation, and is wrong about m_r with it.
-    Where its orientation is far from the declared one, or leads nowhere, a grid at the declared one tells where to
-    begin.
+    Where its orientation is far from the declared one, or leads nowhere and no drive is known, a grid at the declared
+    one tells where to begin.
     """
     apart = np.linalg.norm(rodrigues_from_rotation(shot.values.rotation.T @ shot.declared))
     if apart < _LIMITS.near_rad:
         yield _near(shot)
+        if shot.start != "free":
+            return
     yield _of_grid(shot, pool)
 
 
