@@ -73,12 +73,13 @@ def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
     """What a window tells too little of.
 
     One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth; free in a
-    short window of a jewel the distance runs away.
+    short window of a jewel the distance runs away, and the slip below which its contact creeps goes with the losses.
     """
     if shot.geometry.bearing == "thread" or window_s > _LIMITS.jewel_distance_from_s:
         return ()
     damped = window_s > _LIMITS.sign_window_s
-    return ("distance_m",) if damped else ("distance_m", "lambda_per_s", "side_damping_per_s")
+    held = ("distance_m", "creep_m_per_s")
+    return held if damped else (*held, "lambda_per_s", "side_damping_per_s")
 
 
 def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:

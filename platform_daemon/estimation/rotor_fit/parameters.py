@@ -80,6 +80,9 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: S
         own.append(FreeParameter(name="tf_over_i_rad_per_s2", step=LIMITS.step_friction_rad_per_s2))
         # Friction differs from shot to shot by its contact or by its coefficient: neither is common to all.
         own.append(FreeParameter(name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd))
+        common.append(
+            FreeParameter(name="creep_m_per_s", step=LIMITS.step_creep_m_per_s, sd=LIMITS.creep_sd_m_per_s, common=True)
+        )
     return (*own, *common)
 
 

@@ -55,6 +55,8 @@ class RigidRotorThresholds:
     step_per_s: float = tuned(1e-6, "1/s", "of the difference for dampings")
     step_m: float = tuned(1e-10, "m", "of the difference for a displacement")
     step_speed_rad_per_s: float = tuned(1e-4, "rad/s", "of the difference for the speed at the start")
+    step_creep_m_per_s: float = tuned(1e-8, "m/s", "of the difference for the slip below which a contact creeps")
+    creep_sd_m_per_s: float = tuned(2e-3, "m/s", "how well that is known")
     step_friction_rad_per_s2: float = tuned(1e-3, "rad/s^2", "of the difference for T_f/I")
     drive_size_sd: float = tuned(0.03, "1", "of the field over the commanded one: transmit calibration and coils")
     drive_delay_sd_s: float = tuned(1e-4, "s", "of the samples against the drive: filters and gates")

@@ -59,7 +59,7 @@ def test_a_jewels_shot_with_other_friction_is_found_from_the_first_one(pool):
         second, values=replace(v, tf_over_i_rad_per_s2=0.72 * v.tf_over_i_rad_per_s2, f_nat_hz=v.f_nat_hz + 0.1)
     )
     # What so short a shot hardly tells is taken as known, as longer ones tell it.
-    known = ("distance_m", "side_damping_per_s", "lambda_per_s", "friction_coefficient")
+    known = ("distance_m", "side_damping_per_s", "lambda_per_s", "friction_coefficient", "creep_m_per_s")
     alone = fit_rotor([first], "stator_tilt_rad", pool, first_window_s=math.inf, held=known)
     _, other = each_alone([first, begun], alone, pool)
     assert other.chi2_per_dof == pytest.approx(1.0, abs=0.05)

@@ -119,7 +119,12 @@ def test_a_motion_without_a_drive_has_neither_its_size_nor_its_delay():
     [
         ("thread", 0.01, 2.15e-4, ()),
         # What so short a shot of a jewel hardly tells is taken as known.
-        ("jewel", 0.0354, 4.9e-4, ("distance_m", "side_damping_per_s", "lambda_per_s", "friction_coefficient")),
+        (
+            "jewel",
+            0.0354,
+            4.9e-4,
+            ("distance_m", "side_damping_per_s", "lambda_per_s", "friction_coefficient", "creep_m_per_s"),
+        ),
     ],
 )
 def test_without_a_known_drive_a_shot_begins_in_any_state_and_tells_the_tilt(bearing, tilt_rad, field_t, held, pool):
