@@ -154,6 +154,28 @@ def test_without_a_known_drive_a_shot_begins_in_any_state_and_tells_the_tilt(bea
 
 
 @pytest.mark.long
+def test_a_contact_that_creeps_at_another_slip_tells_its_losses_all_the_same(pool):
+    """Held at the value it begins with, lambda and T_f/I are off by tens of their errors."""
+    drive = replace(DRIVE, field_t=(4.9e-4, 0.0, 0.0))
+    specimen = rigid_specimen("jewel", [0.0, 0.0, -9.81], 2.0, defects={"stator_tilt_rad": 0.0354})
+    rotor = true_rotor(specimen, drive, creep_m_per_s=5e-4)
+    noise = np.random.default_rng(9).normal(size=(3, 8 * SAMPLES)) * SD[:, None] / 2
+    shot = RotorShot(
+        samples=rotor.dm_dt(8 * SAMPLES, RATE_HZ)[0] + noise, rate_hz=RATE_HZ, sd=SD / 2, geometry=rotor.geometry,
+        drive=drive, values=replace(rotor.values, creep_m_per_s=2e-3), declared=rotor.values.rotation,
+    )  # fmt: skip
+
+    def off(fit, name):
+        return abs(getattr(fit.values[0], name) - getattr(rotor.values, name)) / fit.std[0][name]
+
+    held = fit_rotor([shot], "stator_tilt_rad", pool, held=["creep_m_per_s"])
+    assert min(off(held, name) for name in ("lambda_per_s", "tf_over_i_rad_per_s2")) > 30
+    found = fit_rotor([shot], "stator_tilt_rad", pool)
+    for name in ("stator_tilt_rad", "f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2", "creep_m_per_s"):
+        assert off(found, name) < 4, name
+
+
+@pytest.mark.long
 def test_another_defect_starts_from_what_it_is_to_first_order(pool):
     """In a short window a displacement acts as a tilted stator does."""
     shot, truth = tilted(5)
