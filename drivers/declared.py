@@ -65,7 +65,7 @@ class DipoleTable(Section):
     """`[reference_dipole]`: a coil that an operator puts in and turns.
 
     output: of the card, which feeds it; turns_area_m2: A m^2/A; resistance_ohm: of the whole loop, the output's own
-    included; relative_std: of the moment.
+    included; relative_std: of the moment; direction_std_rad: of its direction about each of the two axes across.
     """
 
     output: Annotated[int, Field(ge=0)]
@@ -73,6 +73,7 @@ class DipoleTable(Section):
     resistance_ohm: Positive
     inductance_h: Annotated[float, Field(ge=0, allow_inf_nan=False)]
     relative_std: Annotated[float, Field(ge=0, lt=1)]
+    direction_std_rad: Annotated[float, Field(gt=0, lt=1)] | None = None
     name: str = "reference dipole"
 
 
@@ -98,6 +99,10 @@ class DeclaredDipole:
     def relative_std(self) -> float:
         """See ReferenceDipole."""
         return self._table.relative_std
+
+    def direction_std_rad(self) -> float | None:
+        """See ReferenceDipole."""
+        return self._table.direction_std_rad
 
     def turn(self, axis: str) -> bool:
         """See ReferenceDipole: the operator does it."""

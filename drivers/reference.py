@@ -32,6 +32,9 @@ class ReferenceDipole(Protocol):
     def relative_std(self) -> float:
         """Standard deviation of the moment, relative: the same for every frequency and direction."""
 
+    def direction_std_rad(self) -> float | None:
+        """Standard uncertainty of its direction about each of the two axes across, rad; None: nobody knows."""
+
     def turn(self, axis: str) -> bool:
         """Bring it to the rotor's place along world axis x, y or z.  False: an operator has to do it."""
 

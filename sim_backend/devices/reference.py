@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from drivers.identity import Identity
 from sim_backend.options import DipoleTable, ProbeTable
@@ -38,9 +39,14 @@ class SimulatedReferenceDipole:
         """See ReferenceDipole."""
         return self._table.relative_std
 
+    def direction_std_rad(self) -> float | None:
+        """See ReferenceDipole."""
+        return self._table.direction_std_rad
+
     def turn(self, axis: str) -> bool:
         """See ReferenceDipole."""
-        self._world.insert(Dipole(self._table, np.eye(3)[AXES.index(axis)]), np.array(self._table.position_m))
+        direction = Rotation.from_rotvec(self._table.tilt_rad).apply(np.eye(3)[AXES.index(axis)])
+        self._world.insert(Dipole(self._table, direction), np.array(self._table.position_m))
         return True
 
     def remove(self) -> None:

@@ -52,8 +52,9 @@ class DipoleTable(Section):
     """`[reference_dipole]`, a small coil.
 
     output: output of the card that feeds it, to which no Helmholtz pair is connected; turns_area_m2: turns times area,
-    m^2; resistance_ohm, inductance_h: of its loop; relative_std: uncertainty of the moment, as reported to the daemon;
-    position_m: where it is, m.
+    m^2; resistance_ohm, inductance_h: of its loop; relative_std: uncertainty of the moment, direction_std_rad: of
+    its direction about each of the axes across, rad, both as reported to the daemon; position_m: where it is, m;
+    tilt_rad: how it is turned about x, y, z wherever it is put, rad, which the daemon does not know.
     """
 
     output: Annotated[int, Field(ge=3, le=3)]
@@ -61,7 +62,9 @@ class DipoleTable(Section):
     resistance_ohm: Positive
     inductance_h: NonNegative
     relative_std: Annotated[float, Field(ge=0, lt=1)]
+    direction_std_rad: Annotated[float, Field(gt=0, lt=1)] | None = None
     position_m: Position = (0.0, 0.0, 0.0)
+    tilt_rad: Vector = (0.0, 0.0, 0.0)
 
 
 class ProbeTable(Section):

@@ -7,17 +7,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.calibration import ReceiveCalibration
+from drivers.calibration import (
+    MeasuredInfluence,
+    ReceiveCalibration,
+    angle_of,
+    channel_names,
+    gain_of,
+    phase_of,
+    turned_towards,
+)
 from drivers.errors import DeviceFault, InputError
 from platform_daemon.core.recordings.calibrations import add_receive_calibration
 from platform_daemon.core.schemas.base import NoResult
-from platform_daemon.core.schemas.calibrations import CalibrationReport, ReceiveCalibrationReport
+from platform_daemon.core.schemas.calibrations import CalibrationReport, InfluenceReport, ReceiveCalibrationReport
 from sequences.tones import ToneShot, dipole_shot
 
 from .calibration_bench import NO_PRODUCT, CalibrationBench, CalibrationJob, complex_table, ended, needed
 
 if TYPE_CHECKING:
-    from platform_daemon.estimation.calibration.phasors import Phasors
     from platform_daemon.estimation.calibration.receive import ReceiveResult
 
 AXES = ("x", "y", "z")
@@ -43,30 +50,39 @@ class ReceiveCalibrationWork:
         """Measure, write a new version.  Raises Cancelled, DeviceError, StorageError; no file is left then."""
         from platform_daemon.estimation.calibration.receive import receive_result
 
-        columns = []
+        columns, heard = [], []
         try:
             for axis in AXES:
                 what = f"turn the reference dipole along {axis}, at the resonator's place"
                 self._bench.place(job, lambda axis=axis: self._dipole.turn(axis), what)  # type: ignore[misc]
                 job.expect(self.shots_s)  # the wait for a person says nothing of the pace
-                columns.append([self._column(job, axis, f) for f in self._bench.frequencies_hz])
+                shots = [self._heard(job, axis, f) for f in self._bench.frequencies_hz]
+                heard.append([[part.mean(axis=0) for part in each] for each in shots])
+                columns.append(
+                    [self._column(each, f) for each, f in zip(shots, self._bench.frequencies_hz, strict=True)]
+                )
         finally:
             self._dipole.remove()
         p, std = (np.array([[c[part] for c in rows] for rows in columns]).transpose(2, 0, 1) for part in (0, 1))
-        self._keep(job, receive_result(self._bench.frequencies_hz, p, std, self._dipole.relative_std()))
+        found = receive_result(self._bench.frequencies_hz, p, std, self._dipole.relative_std())
+        self._keep(job, found, self._influences(np.array(heard), found.sensitivity))
 
-    def _column(self, job: CalibrationJob, axis: str, f: float) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    def _column(
+        self, shots: list[NDArray[np.complex128]], f: float
+    ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
         """P of one axis at one frequency, (channel,), with its standard deviation."""
+        from platform_daemon.estimation.calibration.phasors import combine
         from platform_daemon.estimation.calibration.receive import sensitivity_from
 
-        shot = self._shot(f)
-        heard = self._heard(job, shot, f, f"dipole along {axis}, {f:g} Hz")
+        shot, heard = self._shot(f), combine(np.concatenate(shots))
         moment = self._dipole.moment_per_volt_am2(f) * shot.timeline.bursts[0].amplitude_v
         return sensitivity_from(heard.value, heard.std, moment, f)
 
-    def _heard(self, job: CalibrationJob, shot: ToneShot, f: float, phase: str) -> Phasors:
-        from platform_daemon.estimation.calibration.phasors import combine, segment_phasors
+    def _heard(self, job: CalibrationJob, axis: str, f: float) -> list[NDArray[np.complex128]]:
+        """Phasors of one axis at one frequency: of each repetition (segment, channel)."""
+        from platform_daemon.estimation.calibration.phasors import segment_phasors
 
+        shot, phase = self._shot(f), f"dipole along {axis}, {f:g} Hz"
         start, rate_hz = shot.timeline.rx_start, shot.timeline.clock.rate_hz
         found = []
         for _ in range(self._bench.request.repetitions):
@@ -75,7 +91,27 @@ class ReceiveCalibrationWork:
                 why = "the receive side is more sensitive than the calibration in use says, or hears something else"
                 raise DeviceFault(f"{phase}: the ADC clips", why=why, remedy="lower the LNA gain")
             found.append(segment_phasors(volts, f, rate_hz, start))
-        return combine(np.concatenate(found))
+        return found
+
+    def _influences(
+        self, heard: NDArray[np.complex128], sensitivity: NDArray[np.float64]
+    ) -> tuple[MeasuredInfluence, ...]:
+        """What these shots say of the channels; of the coils' angles they know as much as of the dipole's direction."""
+        from platform_daemon.estimation.calibration.receive import repeatability
+
+        found, names = [], channel_names(len(sensitivity))
+        if (scatter := repeatability(heard, sensitivity)) is not None:
+            source = "scatter of its repeated shots"
+            for name, gain, phase in zip(names, scatter.gain.tolist(), scatter.phase_rad.tolist(), strict=True):
+                found.append(MeasuredInfluence(gain_of(name), gain, "A", scatter.dof, source))
+                found.append(MeasuredInfluence(phase_of(name), phase, "A", scatter.dof, source))
+        if (direction := self._dipole.direction_std_rad()) is not None:
+            source = "direction of its reference dipole"
+            found += [
+                MeasuredInfluence(angle_of(names[c], axis), direction, "B", None, source)
+                for c, axis in turned_towards(sensitivity)
+            ]
+        return tuple(found)
 
     def _shot(self, f: float) -> ToneShot:
         """As loud as output and input allow, if the calibration in use is right to a factor of two."""
@@ -95,7 +131,7 @@ class ReceiveCalibrationWork:
         except ValueError as error:
             raise InputError("the shots are too short", where="listen_s", why=str(error), remedy="lengthen") from None
 
-    def _keep(self, job: CalibrationJob, found: ReceiveResult) -> None:
+    def _keep(self, job: CalibrationJob, found: ReceiveResult, influences: tuple[MeasuredInfluence, ...]) -> None:
         from platform_daemon.estimation.calibration.receive import unlike_declared
 
         made = self._bench.platform.clock.utc()
@@ -112,6 +148,7 @@ class ReceiveCalibrationWork:
             valid_hz=self._bench.extent_hz,
             valid_c=valid_c,
             temperature_c=celsius,
+            influences=influences,
         )
         path = add_receive_calibration(self._bench.folder, self._bench.request.file_name, made, calibration, found.p)
         job.warnings += unlike_declared(found.sensitivity, self._bench.platform.calibration.sensitivity)
@@ -136,5 +173,9 @@ class ReceiveCalibrationWork:
             temperature_c=celsius,
             valid_hz=self._bench.extent_hz,
             valid_c=valid_c,
+            uncertainty=tuple(
+                InfluenceReport(name=each.name, u=each.u, type=each.kind, dof=each.dof, source=each.source)
+                for each in influences
+            ),
         )
         ended(job, CalibrationReport(report))
