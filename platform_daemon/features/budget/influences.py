@@ -304,14 +304,14 @@ def _position(given: Situation, calibration: ReceiveCalibration) -> Iterator[Eff
 
 
 def pair_fields(place: Array, radii: tuple[float, float, float]) -> Array:
-    """Field of unit Helmholtz pairs along x, y, z at a place (3,), over that at the centre, (coil, axis), to fourth
-    order: B_z = 1 - 144/125 (z^4 - 3 z^2 r^2 + 3/8 r^4) / R^4, B_r = -144/125 (3/2 z r^3 - 2 z^3 r) / R^4."""
+    """Field of unit Helmholtz pairs along x, y, z at places (..., 3), over that at the centre, (..., coil, axis), to
+    fourth order: B_z = 1 - 144/125 (z^4 - 3 z^2 r^2 + 3/8 r^4) / R^4, B_r = -144/125 (3/2 z r^3 - 2 z^3 r) / R^4."""
     rows = []
     for k, radius in enumerate(radii):
-        along = place[k] / radius
-        across = np.delete(place, k) / radius
-        r2 = float(across @ across)
-        row = np.insert(-_FOURTH_ORDER * (1.5 * along * r2 - 2.0 * along**3) * across, k, 0.0)
-        row[k] = 1.0 - _FOURTH_ORDER * (along**4 - 3.0 * along**2 * r2 + 0.375 * r2**2)
+        along = place[..., k] / radius
+        across = np.delete(place, k, axis=-1) / radius
+        r2 = np.sum(across**2, axis=-1)
+        row = np.insert(-_FOURTH_ORDER * (1.5 * along * r2 - 2.0 * along**3)[..., None] * across, k, 0.0, axis=-1)
+        row[..., k] = 1.0 - _FOURTH_ORDER * (along**4 - 3.0 * along**2 * r2 + 0.375 * r2**2)
         rows.append(row)
-    return np.array(rows)
+    return np.stack(rows, axis=-2)

@@ -183,8 +183,9 @@ def test_a_place_along_y_or_z_looks_like_a_nearer_one(axis, ratio):
     seen = shown(0.02 * np.eye(3)[axis])
     told = np.zeros((9, 2))  # the same two numbers of the nine of a mixing
     told[[0, 4], 0], told[[1, 3], 1] = (1.0, -1.0), 1.0
-    weights = np.eye(2) / (1e-4 * np.linalg.norm(seen)) ** 2
-    assert least_distance(seen, weights, told, radii) == pytest.approx(ratio * 0.02, rel=0.01)
+    spread = np.eye(2) * (1e-4 * np.linalg.norm(seen)) ** 2
+    least = least_distance(seen, spread, told, radii)
+    assert 0.95 * ratio * 0.02 < least < ratio * 0.02
 
 
 @pytest.mark.parametrize(
@@ -199,7 +200,7 @@ def test_a_rotor_off_the_centre_is_named_with_its_distance(place_mm, seen):
     told = shot_budgets(again.measurement, 0, FitRequest("jewel", 0.6), declared=said).off_centre
     assert told.seen == seen
     if seen:
-        assert 0.7 * np.linalg.norm(place) < told.distance_m <= 1.003 * np.linalg.norm(place)
+        assert 0.6 * np.linalg.norm(place) < told.distance_m <= 1.003 * np.linalg.norm(place)
     # What is declared of the coils' angles explains as much as 12 mm: then nobody can tell.
     loose = DeclaredUncertainty(coil_radius_m=radii, orthogonality_rad={"u": 5e-3}, gain={"u": 5e-3})
     assert not shot_budgets(again.measurement, 0, FitRequest("jewel", 0.6), declared=loose).off_centre.seen
