@@ -48,6 +48,20 @@ class CalibrationTable(Section):
     gain_error: Vector = (0.0, 0.0, 0.0)
 
 
+class StandardTable(Section):
+    """`[reference_dipole] standard`, a generator that may feed the coil.
+
+    frequency_hz, relative_std, source: as reported to the daemon; amplitude_v: of its tone; clock_error: by how much
+    the card's clock is too fast, relative, as the standard shows it, which the daemon does not know.
+    """
+
+    frequency_hz: Positive
+    relative_std: Annotated[float, Field(gt=0, lt=1)]
+    source: Annotated[str, Field(min_length=1)] = "the frequency standard"
+    amplitude_v: Positive = 0.5
+    clock_error: Annotated[float, Field(gt=-0.01, lt=0.01)] = 0.0
+
+
 class DipoleTable(Section):
     """`[reference_dipole]`, a small coil.
 
@@ -65,6 +79,7 @@ class DipoleTable(Section):
     direction_std_rad: Annotated[float, Field(gt=0, lt=1)] | None = None
     position_m: Position = (0.0, 0.0, 0.0)
     tilt_rad: Vector = (0.0, 0.0, 0.0)
+    standard: StandardTable | None = None
 
 
 class ProbeTable(Section):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ from drivers.calibration import (
     turned_towards,
 )
 from drivers.errors import DeviceFault, InputError
+from drivers.reference import FrequencyStandard
 from platform_daemon.core.recordings.calibrations import add_receive_calibration
 from platform_daemon.core.schemas.base import NoResult
 from platform_daemon.core.schemas.calibrations import CalibrationReport, InfluenceReport, ReceiveCalibrationReport
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
     from platform_daemon.estimation.calibration.receive import ReceiveResult
 
 AXES = ("x", "y", "z")
+CLOCK_OFF = 1e-3
+"""Relative: of what is further off than this, ten times what crystals are, the clock is not the cause."""
 OUTPUT_SHARE, INPUT_SHARE = 0.9, 0.4  # of full scale: on the dipole's output, and expected at the ADC
 
 
@@ -43,7 +47,12 @@ class ReceiveCalibrationWork:
         shots = [self._shot(f) for f in self._bench.frequencies_hz]
         for shot, f in zip(shots, self._bench.frequencies_hz, strict=True):
             self._check_length(shot, f)
-        self.shots_s = self._bench.shots_s([shot for _ in AXES for shot in shots])
+        shots = [shot for _ in AXES for shot in shots]
+        if (standard := self._dipole.standard()) is not None:
+            self._check_length(self._silent_shot(standard), standard.frequency_hz)
+            shots.append(self._silent_shot(standard))
+            self.total += self.request.repetitions
+        self.shots_s = self._bench.shots_s(shots)
         self.duration_s = sum(self.shots_s)
 
     def __call__(self, job: CalibrationJob) -> None:
@@ -61,11 +70,12 @@ class ReceiveCalibrationWork:
                 columns.append(
                     [self._column(each, f) for each, f in zip(shots, self._bench.frequencies_hz, strict=True)]
                 )
+            clock = self._clock(job)
         finally:
             self._dipole.remove()
         p, std = (np.array([[c[part] for c in rows] for rows in columns]).transpose(2, 0, 1) for part in (0, 1))
         found = receive_result(self._bench.frequencies_hz, p, std, self._dipole.relative_std())
-        self._keep(job, found, self._influences(np.array(heard), found.sensitivity))
+        self._keep(job, found, (*clock, *self._influences(np.array(heard), found.sensitivity)))
 
     def _column(
         self, shots: list[NDArray[np.complex128]], f: float
@@ -78,11 +88,46 @@ class ReceiveCalibrationWork:
         moment = self._dipole.moment_per_volt_am2(f) * shot.timeline.bursts[0].amplitude_v
         return sensitivity_from(heard.value, heard.std, moment, f)
 
+    def _clock(self, job: CalibrationJob) -> tuple[MeasuredInfluence, ...]:
+        """The card's clock against the frequency standard, if there is one.  Nothing corrects for what it is off, which
+        therefore counts as part of its uncertainty."""
+        from platform_daemon.estimation.calibration.phasors import frequency_offset, segment_length
+
+        standard = self._dipole.standard()
+        if standard is None:
+            return ()
+        f = standard.frequency_hz
+        what = f"feed the reference dipole from {standard.source}, {f:g} Hz"
+        self._bench.place(job, self._dipole.feed_from_standard, what)
+        job.expect(self.shots_s)
+        shot, phase = self._silent_shot(standard), f"frequency standard, {f:g} Hz"
+        timeline = shot.timeline
+        segment_s = segment_length(timeline.rx_samples, f, timeline.clock.rate_hz) / timeline.clock.rate_hz
+        told = [frequency_offset(part, segment_s) for part in self._played(job, shot, f, phase)]
+        offset_hz = float(np.mean([hz for hz, _ in told]))
+        std_hz = float(np.linalg.norm([std for _, std in told])) / len(told)
+        fast, u = -offset_hz / f, float(np.hypot(std_hz / f, standard.relative_std))
+        if abs(fast) > CLOCK_OFF:
+            why = f"its clock would be off by {fast:.2g} of its frequency: another tone was heard, or none"
+            remedy = "look whether the dipole is fed from it, and whether its frequency is the declared one"
+            raise DeviceFault(f"{phase}: not heard at its frequency", why=why, remedy=remedy)
+        source = f"{standard.source}: fast by {fast:.3g} with u = {u:.2g}, not corrected for"
+        return (MeasuredInfluence("sample clock", float(np.hypot(fast, u)), "B", None, source),)
+
+    def _silent_shot(self, standard: FrequencyStandard) -> ToneShot:
+        """The receiver listens as long as to a tone, and the card plays none."""
+        shot = dipole_shot(
+            self._dipole.output(), standard.frequency_hz, 0.0, self._bench.request.listen_s, self._bench.side
+        )
+        return replace(shot, timeline=replace(shot.timeline, bursts=()))
+
     def _heard(self, job: CalibrationJob, axis: str, f: float) -> list[NDArray[np.complex128]]:
         """Phasors of one axis at one frequency: of each repetition (segment, channel)."""
+        return self._played(job, self._shot(f), f, f"dipole along {axis}, {f:g} Hz")
+
+    def _played(self, job: CalibrationJob, shot: ToneShot, f: float, phase: str) -> list[NDArray[np.complex128]]:
         from platform_daemon.estimation.calibration.phasors import segment_phasors
 
-        shot, phase = self._shot(f), f"dipole along {axis}, {f:g} Hz"
         start, rate_hz = shot.timeline.rx_start, shot.timeline.clock.rate_hz
         found = []
         for _ in range(self._bench.request.repetitions):

@@ -135,13 +135,18 @@ class TestReceive:
     def test_a_tilted_dipole_tilts_p_by_what_its_direction_is_known_to(
         self, engine_with: Callable[..., Engine], tmp_path: Path
     ) -> None:
-        engine = engine_with("reference_dipole.tilt_rad=[0.004,0.0,0.0]", "reference_dipole.direction_std_rad=4e-3")
+        engine = engine_with(
+            "reference_dipole.tilt_rad=[0.004,0.0,0.0]", "reference_dipole.direction_std_rad=4e-3",
+            "reference_dipole.standard={frequency_hz=1000.0, relative_std=1e-8, clock_error=2e-5}",
+        )  # fmt: skip
         made = calibrated(engine, tmp_path, kind="receive", frequencies_hz=(848.0, 1696.0), repetitions=1).result.root
         angle = made.sensitivity_t_per_a[2][1] / made.sensitivity_t_per_a[2][2]
         assert angle == pytest.approx(0.004, abs=2e-3)
         told = {each.name: each.u for each in made.uncertainty}
         assert told["orthogonality of coil z and y"] == 4e-3
-        assert len(told) == 6  # one shot of each kind says nothing of how it repeats
+        assert told["sample clock"] == pytest.approx(2e-5, abs=1e-6)
+        assert "fast by 2" in next(each.source for each in made.uncertainty if each.name == "sample clock")
+        assert len(told) == 7  # one shot of each kind says nothing of how it repeats
 
     def test_exchanged_axes_are_told(self, engine_with: Callable[..., Engine], tmp_path: Path) -> None:
         engine = engine_with()
