@@ -104,7 +104,7 @@ def read_influences(source: Hdf5File) -> tuple[MeasuredInfluence, ...]:
     Raises RecordingError for a standard uncertainty that is not above 0.
     """
     try:
-        name, kind, why = (source.texts(f"{INFLUENCES}/{each}") for each in ("name", "type", "source"))
+        name, kind, why = (source.texts(f"{INFLUENCES}/{each}") for each in ("influence", "type", "source"))
         u, dof = (source.values(f"{INFLUENCES}/{each}", "1") for each in ("u", "dof"))
     except UnknownUnit:
         raise

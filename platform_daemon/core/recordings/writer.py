@@ -152,7 +152,7 @@ def write_calibration_group(h5: h5py.File, calibration: ReceiveCalibration) -> N
 def _write_influences(h5: h5py.File, influences: tuple[MeasuredInfluence, ...]) -> None:
     """`/calibration/uncertainty`: a column for each of their attributes."""
     made = group(h5, INFLUENCES, "NXcollection")
-    put_texts(made, "name", [each.name for each in influences])
+    put_texts(made, "influence", [each.name for each in influences])
     said = "standard uncertainty, relative or rad"
     put(made, "u", np.array([each.u for each in influences]), units="1", long_name=said)
     put_texts(made, "type", [each.kind for each in influences])
