@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from drivers.identity import Identity
 from drivers.reference import FrequencyStandard
@@ -58,6 +57,8 @@ class SimulatedReferenceDipole:
         return self._insert(axis, by_standard=False)
 
     def _insert(self, axis: str, *, by_standard: bool) -> bool:
+        from scipy.spatial.transform import Rotation  # which a command that inserts nothing does not need
+
         direction = Rotation.from_rotvec(self._table.tilt_rad).apply(np.eye(3)[AXES.index(axis)])
         self._world.insert(Dipole(self._table, direction, by_standard), np.array(self._table.position_m))
         return True
