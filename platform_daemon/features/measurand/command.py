@@ -91,9 +91,8 @@ def read(
     write_json(json_file, report)
     write_csv(csv_file, report.shots)
     if not report.shots:
-        why = report.refused[0].reason if report.refused else "the recording has no shots"
-        remedy = "record within the range of the calibration, or name another one with --calibration"
-        raise InputError("none of its shots can be read", where=str(file), why=why, remedy=remedy)
+        why = report.refused[0].reason if report.refused else "the recording has no shots"  # with the remedy
+        raise InputError("none of its shots can be read", where=str(file), why=why)
     print(readings_text(report))
 
 
