@@ -22,7 +22,6 @@ from platform_daemon.features.measurand.work import calibrated
 from platform_daemon.features.trends import readings as readings_of_trends
 from platform_daemon.features.trends.report import trend_csv, trend_text
 from platform_daemon.features.trends.trend import specimen_trend
-from tests.kit.command_line import assert_one_line_error, here
 from tests.kit.pressure_sensor import PRESSURE, START_S, PressureSensor
 
 LIMITS = """
@@ -161,14 +160,6 @@ def test_a_trend_of_a_sensor_has_value_and_u_of_every_point(calibration, tmp_pat
     assert told.U[2] < 0.7 * told.U[0]  # a mean of nineteen shots scatters less than one
     assert "pressure: 100" in trend_text(report)
     assert "pressure [mbar],U of pressure [mbar]" in trend_csv(report)
-
-
-def test_a_recording_without_any_reading_is_refused_in_one_line(calibration, measured, tmp_path):
-    first, slope, *others = calibration.parameters.items()
-    away = {first[0]: first[1] + 50.0, slope[0]: slope[1], **dict(others)}  # Hz
-    Measurands(tmp_path).add(calibration.model_copy(update={"parameters": away}))
-    done = here("measurand", "read", measured / "j.h5", "--calibration", calibration.key, "--measurands", tmp_path)
-    assert_one_line_error(done, 2, "none of its shots can be read", "outside of the calibration", "Remedy")
 
 
 def test_limits_in_the_wrong_order_are_refused():
