@@ -56,7 +56,8 @@ test-real-time: install
 
 # The operator's page in a real Chromium, which is Debian's; `PAGES=page_quick` takes a minute in place of eight.
 test-page: install
-	@command -v chromium > /dev/null || { apt-get update -qq && apt-get install -y -qq chromium; }
+	@command -v chromium > /dev/null || said=$$({ apt-get update -qq && apt-get install -y -qq chromium; } 2>&1) \
+		|| { echo "Chromium, in which the page is tested, could not be installed by apt ($$(echo "$$said" | tail -n 1)): install it so that \`chromium\` is on the path, then repeat" >&2; exit 1; }
 	$(BIN)/pytest -m $(PAGES) -n 2 --dist loadfile
 
 # How fast the page is, and what it takes, beside series that run; the journal keeps the parts that are not measured.

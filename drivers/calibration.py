@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +86,50 @@ class TransmitCalibration:
         return tuple(replace(c, field_per_ampere_t=field_t, inductance_h=henry) for c, field_t, henry in rows)
 
 
+def channel_names(channels: int) -> tuple[str, ...]:
+    """Of receive channels: their axes if there are three, else numbers."""
+    return ("x", "y", "z") if channels == 3 else tuple(map(str, range(channels)))
+
+
+def gain_of(channel: str) -> str:
+    """Name of the influence, as budgets print it."""
+    return f"gain of channel {channel}"
+
+
+def phase_of(channel: str) -> str:
+    """Name of the influence, as budgets print it."""
+    return f"phase of channel {channel}"
+
+
+def angle_of(channel: str, axis: int) -> str:
+    """Name of the influence, as budgets print it: the coil of a channel turned towards a world axis, 0 to 2."""
+    return f"orthogonality of coil {channel} and {'xyz'[axis]}"
+
+
+def turned_towards(sensitivity: NDArray[np.float64]) -> list[tuple[int, int]]:
+    """Channel and world axis of every angle between them: all but the axis that a channel hears best."""
+    own = np.argmax(np.abs(sensitivity), axis=1)
+    return [(c, axis) for c in range(len(own)) for axis in range(3) if axis != own[c]]
+
+
+@dataclass(frozen=True)
+class MeasuredInfluence:
+    """How well a calibration knows an influence on later results, by its own measurement.
+
+    Attributes:
+        name: as budgets print it, "gain of channel x".
+        u: standard uncertainty, relative or rad.
+        kind: "A" of repeated observations, "B" of anything else; dof: degrees of freedom of u, None: infinitely many.
+        source: how it was found, in words.
+    """
+
+    name: str
+    u: float
+    kind: Literal["A", "B"]
+    dof: float | None
+    source: str
+
+
 @dataclass(frozen=True, eq=False)
 class ReceiveCalibration:
     """Receive side, paper eq:u(t,p,R): u = -P dm/dt.
@@ -94,8 +139,9 @@ class ReceiveCalibration:
     it; frequency_hz: (k,) rising, and frequency_response: (channel, k) complex128 that multiplies the sensitivity, both
     None: flat. sensitivity_std: (channel, 3), T/A; p_std: (channel, 3, k), T/A, of P at each frequency, noise alone;
     relative_std: of all of P together, the reference's own; valid_hz, valid_c: frequencies Hz and temperatures deg C
-    between which it holds; temperature_c: at which it was made; transmit: the measured transmit side. None: not said,
-    as in many recordings from elsewhere.
+    between which it holds; temperature_c: at which it was made; transmit: the measured transmit side;
+    influences: how well it knows gains, phases and angles of the channels. None: not said, as in many recordings from
+    elsewhere.
     receiver: what an adopted model corrects in addition; never part of a file.
     """
 
@@ -112,4 +158,5 @@ class ReceiveCalibration:
     valid_c: tuple[float, float] | None = None
     temperature_c: float | None = None
     transmit: TransmitCalibration | None = None
+    influences: tuple[MeasuredInfluence, ...] = ()
     receiver: tuple[ReceiverEffect, ...] = ()

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from drivers.backend import RealBackend
 from drivers.calibration import ReceiveCalibration, TransmitChannel
 from drivers.identity import Identity
+from drivers.reference import FrequencyStandard
 from drivers.validation import validated
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -61,11 +62,23 @@ class CalibrationTable(Section):
     frequency_max_hz: Positive = 30500.0
 
 
+class StandardTable(Section):
+    """`[reference_dipole] standard`: a generator that may feed it; relative_std: of its frequency."""
+
+    frequency_hz: Positive
+    relative_std: Annotated[float, Field(gt=0, lt=1)]
+    source: Annotated[str, Field(min_length=1)] = "the frequency standard"
+
+    def made(self) -> FrequencyStandard:
+        """As the daemon knows it."""
+        return FrequencyStandard(self.frequency_hz, self.relative_std, self.source)
+
+
 class DipoleTable(Section):
     """`[reference_dipole]`: a coil that an operator puts in and turns.
 
     output: of the card, which feeds it; turns_area_m2: A m^2/A; resistance_ohm: of the whole loop, the output's own
-    included; relative_std: of the moment.
+    included; relative_std: of the moment; direction_std_rad: of its direction about each of the two axes across.
     """
 
     output: Annotated[int, Field(ge=0)]
@@ -73,6 +86,8 @@ class DipoleTable(Section):
     resistance_ohm: Positive
     inductance_h: Annotated[float, Field(ge=0, allow_inf_nan=False)]
     relative_std: Annotated[float, Field(ge=0, lt=1)]
+    direction_std_rad: Annotated[float, Field(gt=0, lt=1)] | None = None
+    standard: StandardTable | None = None
     name: str = "reference dipole"
 
 
@@ -98,6 +113,18 @@ class DeclaredDipole:
     def relative_std(self) -> float:
         """See ReferenceDipole."""
         return self._table.relative_std
+
+    def direction_std_rad(self) -> float | None:
+        """See ReferenceDipole."""
+        return self._table.direction_std_rad
+
+    def standard(self) -> FrequencyStandard | None:
+        """See ReferenceDipole."""
+        return None if self._table.standard is None else self._table.standard.made()
+
+    def feed_from_standard(self) -> bool:
+        """See ReferenceDipole: the operator does it."""
+        return False
 
     def turn(self, axis: str) -> bool:
         """See ReferenceDipole: the operator does it."""

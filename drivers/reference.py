@@ -5,12 +5,22 @@ Each takes the place that the rotor has in a measurement, one at a time, and bot
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.identity import Identity
+
+
+@dataclass(frozen=True)
+class FrequencyStandard:
+    """A generator of known frequency: frequency_hz; relative_std: of it; source: where that is known from."""
+
+    frequency_hz: float
+    relative_std: float
+    source: str
 
 
 class ReferenceDipole(Protocol):
@@ -31,6 +41,15 @@ class ReferenceDipole(Protocol):
 
     def relative_std(self) -> float:
         """Standard deviation of the moment, relative: the same for every frequency and direction."""
+
+    def direction_std_rad(self) -> float | None:
+        """Standard uncertainty of its direction about each of the two axes across, rad; None: nobody knows."""
+
+    def standard(self) -> FrequencyStandard | None:
+        """What it can be fed from in place of the card, to compare clocks; None: nothing."""
+
+    def feed_from_standard(self) -> bool:
+        """Feed it from the standard, until it is taken out.  False: an operator has to do it."""
 
     def turn(self, axis: str) -> bool:
         """Bring it to the rotor's place along world axis x, y or z.  False: an operator has to do it."""

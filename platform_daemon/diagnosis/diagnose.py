@@ -7,10 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 from .effect_search import selected_effects
 from .effects.effect import Candidate
@@ -37,13 +34,13 @@ from .findings.shot_strengths import strengths_by_shot
 from .findings.side_modes import with_side_modes
 from .findings.verdict import assess_diagnosis
 from .regression.cross_validation import CrossValidation, cross_validate
-from .regression.hypothesis import Hypothesis
-from .regression.joint_fit import JointFit, fit_jointly
+from .regression.joint_fit import JointFit
 from .regression.parameters import Mean, means, widened, window_disagreement
 from .regression.score_test import ScoreTable
 from .report_schema import DiagnosisVerdict
 from .rigid_body.defects import ManufacturingError, manufacturing_error
 from .rigid_body.plane_test import PlaneTest, plane_test
+from .rotor_search import is_quiet, rotor_of
 from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.data_integrity import DataDefect, data_defects, merged
 from .selection.omnibus_test import omnibus_test
@@ -52,7 +49,6 @@ from .selection.stepwise import ProgressCallback, Selection
 from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
 from .shots.shot import DiagnosisShot, PreparedShot
 from .shots.thread_pool import shot_pool
-from .thresholds import THRESHOLDS
 from .validation.further_shots import further_shots
 from .validation.validated_effects import validate_effects
 
@@ -179,15 +175,16 @@ def _diagnose(
     names = [s.name for s in shots]
     swings.sort(key=lambda s: names.index(s.shot.name))
     plane = plane_test(swings) if swings else None
-    if plane is not None and plane.may_leave and (solved := _rotor(swings, model, plane, pool)) is not None:
+    if plane is not None and plane.may_leave and (solved := rotor_of(swings, model, plane, pool)) is not None:
         declared, rotor = solved
         of_rotor = _of_rotor(declared, plane, rotor, pool, searched=False)
+        of_shots = [prepared.shot for prepared in declared.prepared]
         return replace(
             of_rotor,
             shots=tuple(shots),
             refused=tuple(hopeless),
             integrity=(*defects, *flawed, *gaps),
-            notes=(*remarks, *test(None), *plane_notes(plane, shots), *of_rotor.notes),
+            notes=(*remarks, *test(None), *plane_notes(plane, of_shots), *of_rotor.notes),
             seconds=time.perf_counter() - began_s,
         )
     if not prepared:
@@ -200,7 +197,7 @@ def _diagnose(
     progress("prediction of held-out data", 0.8)
     searched = _validated(found, gaps, pool)
     base = searched.found.base
-    tried = plane is None or plane.leaves or (plane.may_leave and not _quiet(base))
+    tried = plane is None or plane.leaves or (plane.may_leave and not is_quiet(base))
     if plane is not None and not tried and may_be_a_rotor(base, searched.verdict, searched.named):
         beside = manufacturing_error(base, pool)
         if beside is not None and leaves_less(beside, searched.final, searched.verdict):
@@ -320,26 +317,6 @@ def _of_effects(
         ),
         seconds=0.0,
     )
-
-
-def _rotor(
-    prepared: Sequence[PreparedShot], model: RingDownModel, plane: PlaneTest, pool: Executor
-) -> tuple[JointFit, ManufacturingError] | None:
-    """The declared model's fit, and the manufacturing error that explains what it cannot; None if none does."""
-    if any(s.shot.rotor is None for s in prepared):
-        return None
-    try:
-        declared = fit_jointly(prepared, Hypothesis(model), pool)
-    except (LostTrajectoryError, np.linalg.LinAlgError):
-        return None
-    if not plane.leaves and _quiet(declared):
-        return None
-    rotor = manufacturing_error(declared, pool)
-    return None if rotor is None or not (plane.leaves or leaves_noise(rotor)) else (declared, rotor)
-
-
-def _quiet(fit: JointFit) -> bool:
-    return fit.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
 
 
 def _of_rotor(

@@ -52,8 +52,10 @@ def one_angle_error(
         known: geometry and drive.
         fixed: what the fit held, by public name.
 
-    Empty where there is no such rotor, or no fit of it.
+    Empty where the drive is not known, there is no such rotor, or no fit of it.
     """
+    if known.drive is None:
+        return {}
     n, rate = fitted.samples, fitted.rate_hz
     jewel = known.geometry.bearing == "jewel"
     rotor = RotorValues(
@@ -67,7 +69,7 @@ def one_angle_error(
         side_damping_per_s=LIMITS.usual_side_damping_per_s,
         creep_m_per_s=LIMITS.usual_creep_m_per_s if jewel else 0.0,
     )
-    drive = replace(known.drive, rx_start_s=known.drive.rx_start_s + fitted.first / rate)
+    drive = known.drive_from(fitted.first / rate)
     try:
         samples, _ = RigidRotor(known.geometry, rotor, drive).dm_dt(n, rate)
     except (NoRestError, LostRotorError):

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from drivers.errors import InputError
+from platform_daemon.core.recordings.evidence import file_digests
 from platform_daemon.diagnosis.diagnose import Diagnosis
 from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.report_schema import DiagnosisReport, EffectStrength
-from platform_daemon.features.diagnose.evidence import file_digests
 from platform_daemon.features.diagnose.load_shots import diagnose_input, load_diagnosis_input
 from platform_daemon.features.models.resolve import checked_variant
 

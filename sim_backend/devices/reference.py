@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.identity import Identity
+from drivers.reference import FrequencyStandard
 from sim_backend.options import DipoleTable, ProbeTable
 from sim_backend.receive.reference_dipole import Dipole
 from sim_backend.transmit.coils import AXES
@@ -38,9 +39,28 @@ class SimulatedReferenceDipole:
         """See ReferenceDipole."""
         return self._table.relative_std
 
+    def direction_std_rad(self) -> float | None:
+        """See ReferenceDipole."""
+        return self._table.direction_std_rad
+
+    def standard(self) -> FrequencyStandard | None:
+        """See ReferenceDipole."""
+        made = self._table.standard
+        return None if made is None else FrequencyStandard(made.frequency_hz, made.relative_std, made.source)
+
+    def feed_from_standard(self) -> bool:
+        """See ReferenceDipole."""
+        return self._insert("x", by_standard=True)
+
     def turn(self, axis: str) -> bool:
         """See ReferenceDipole."""
-        self._world.insert(Dipole(self._table, np.eye(3)[AXES.index(axis)]), np.array(self._table.position_m))
+        return self._insert(axis, by_standard=False)
+
+    def _insert(self, axis: str, *, by_standard: bool) -> bool:
+        from scipy.spatial.transform import Rotation  # which a command that inserts nothing does not need
+
+        direction = Rotation.from_rotvec(self._table.tilt_rad).apply(np.eye(3)[AXES.index(axis)])
+        self._world.insert(Dipole(self._table, direction, by_standard), np.array(self._table.position_m))
         return True
 
     def remove(self) -> None:

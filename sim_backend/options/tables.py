@@ -48,12 +48,27 @@ class CalibrationTable(Section):
     gain_error: Vector = (0.0, 0.0, 0.0)
 
 
+class StandardTable(Section):
+    """`[reference_dipole] standard`, a generator that may feed the coil.
+
+    frequency_hz, relative_std, source: as reported to the daemon; amplitude_v: of its tone; clock_error: by how much
+    the card's clock is too fast, relative, as the standard shows it, which the daemon does not know.
+    """
+
+    frequency_hz: Positive
+    relative_std: Annotated[float, Field(gt=0, lt=1)]
+    source: Annotated[str, Field(min_length=1)] = "the frequency standard"
+    amplitude_v: Positive = 0.5
+    clock_error: Annotated[float, Field(gt=-0.01, lt=0.01)] = 0.0
+
+
 class DipoleTable(Section):
     """`[reference_dipole]`, a small coil.
 
     output: output of the card that feeds it, to which no Helmholtz pair is connected; turns_area_m2: turns times area,
-    m^2; resistance_ohm, inductance_h: of its loop; relative_std: uncertainty of the moment, as reported to the daemon;
-    position_m: where it is, m.
+    m^2; resistance_ohm, inductance_h: of its loop; relative_std: uncertainty of the moment, direction_std_rad: of
+    its direction about each of the axes across, rad, both as reported to the daemon; position_m: where it is, m;
+    tilt_rad: how it is turned about x, y, z wherever it is put, rad, which the daemon does not know.
     """
 
     output: Annotated[int, Field(ge=3, le=3)]
@@ -61,7 +76,10 @@ class DipoleTable(Section):
     resistance_ohm: Positive
     inductance_h: NonNegative
     relative_std: Annotated[float, Field(ge=0, lt=1)]
+    direction_std_rad: Annotated[float, Field(gt=0, lt=1)] | None = None
     position_m: Position = (0.0, 0.0, 0.0)
+    tilt_rad: Vector = (0.0, 0.0, 0.0)
+    standard: StandardTable | None = None
 
 
 class ProbeTable(Section):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.timeline import Burst
 from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.options import CoilsOptions
 from sim_backend.transmit.coils import pair_field_t
@@ -29,31 +28,37 @@ def dipole_v(
     connected = np.zeros(times_s.size, dtype=np.bool_)
     for start_s, stop_s, position in spans:
         connected |= (times_s >= start_s) & (times_s < stop_s) & (position is SwitchPosition.RECEIVE)
+    if (standard := dipole.table.standard) is not None and dipole.by_standard:
+        heard_hz = standard.frequency_hz / (1.0 + standard.clock_error)
+        _add_tone(setup, dipole, heard_hz, standard.amplitude_v, 2 * np.pi * heard_hz * times_s, connected, volts)
+        return volts
+    rate_hz = setup.timeline.clock.rate_hz
     for burst in setup.timeline.bursts:
         if burst.output == dipole.table.output:
-            _add_burst(setup, dipole, burst, connected, times_s, volts)
+            on = connected & (times_s >= burst.start_sample / rate_hz) & (times_s < burst.stop_sample / rate_hz)
+            turn = 2 * np.pi * burst.frequency_hz * (times_s - burst.start_sample / rate_hz) + burst.phase_rad
+            _add_tone(setup, dipole, burst.frequency_hz, burst.amplitude_v, turn, on, volts)
     return volts
 
 
-def _add_burst(
+def _add_tone(
     setup: ShotSetup,
     dipole: Dipole,
-    burst: Burst,
-    connected: NDArray[np.bool_],
-    times_s: NDArray[np.float64],
+    frequency_hz: float,
+    amplitude_v: float,
+    turn: NDArray[np.float64],
+    on: NDArray[np.bool_],
     volts: NDArray[np.float64],
 ) -> None:
-    rate_hz = setup.timeline.clock.rate_hz
-    on = connected & (times_s >= burst.start_sample / rate_hz) & (times_s < burst.stop_sample / rate_hz)
-    turn = 2 * np.pi * burst.frequency_hz * (times_s[on] - burst.start_sample / rate_hz) + burst.phase_rad
-    rate_of_change = 2j * np.pi * burst.frequency_hz * dipole.moment_per_volt_am2(burst.frequency_hz)
+    """turn: (n,) phase, rad; on: (n,) where it is heard."""
+    rate_of_change = 2j * np.pi * frequency_hz * dipole.moment_per_volt_am2(frequency_hz)
     sensitivity = mixing_matrix(setup.options.hidden_effects) @ (
         setup.lna_gain * setup.sensitivity_t_per_a @ dipole.direction
     )
     chain = actual_chain(setup.options.receive.in_place(), setup.options.hidden_effects)
-    response = frequency_response(chain, np.array([burst.frequency_hz]))[:, 0]
-    phasor = -sensitivity * response * rate_of_change * burst.amplitude_v
-    volts[:, on] += np.imag(phasor[:, None] * np.exp(1j * turn))
+    response = frequency_response(chain, np.array([frequency_hz]))[:, 0]
+    phasor = -sensitivity * response * rate_of_change * amplitude_v
+    volts[:, on] += np.imag(phasor[:, None] * np.exp(1j * turn[on]))
 
 
 def field_t(

@@ -1,8 +1,9 @@
 """Drawn manufacturing errors of simulated rotors: are they named, and are their sizes and the constants true?
 
 Each shot goes through the whole simulated receive chain and is diagnosed as `platform-daemon diagnose` does, in this
-process.  Perfect rotors of five degrees of freedom are among them, of which no error may be named.
-python -m tests.campaigns.defect_study [--page FILE]
+process.  Perfect rotors of five degrees of freedom are among them, of which no error may be named.  Where a recording
+tells no drive and no resonator, the motion begins in any state, and the magnets are those of the shipped resonator.
+python -m tests.campaigns.defect_study [--without-drive] [--section FILE]
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from drivers.specimen import Specimen
+from platform_daemon.core.settings import load_specimen
 from platform_daemon.diagnosis.diagnose import DiagnosisError, diagnose_shots
 from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
@@ -131,37 +133,38 @@ def specimen_of(case: Case) -> Specimen:
     return Specimen.model_validate(tomllib.loads(resonator_text(case)))
 
 
-def shot_of(case: Case, rx_s: float) -> tuple[DiagnosisShot, dict[str, Any]]:
-    """A shot from rest as the diagnosis takes it, and its truth."""
+def shot_of(case: Case, rx_s: float, *, driven: bool) -> tuple[DiagnosisShot, dict[str, Any]]:
+    """A shot from rest as the diagnosis takes it, and its truth; driven: the drive and the resonator are known."""
     specimen = specimen_of(case)
     bench = Bench(None, seed=case.seed)
     program = timeline(bench.channels[0], 1e-6 * case.field_ut, rx=int(rx_s * CLOCK.rate_hz), periods=PERIODS)
     (shot,) = play(bench.backend, specimen, program, shots=1, lna_gain=GAIN)
     record, noise = calibrated_record(bench, shot.volts), SeriesNoise()
     noise.learn(record)
-    known = RotorContext(
-        geometry=rotor_geometry(specimen),
-        drive=CoilDrive(
-            field_t=(1e-6 * case.field_ut, 0.0, 0.0),
-            frequency_hz=PERIODS * CLOCK.rate_hz / TX,
-            phase_rad=0.0,
-            duration_s=TX / CLOCK.rate_hz,
-            rx_start_s=(TX + SWITCH) / CLOCK.rate_hz,
-        ),
-        rotation=rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad)),
-        moving=False,
+    drive = CoilDrive(
+        field_t=(1e-6 * case.field_ut, 0.0, 0.0),
+        frequency_hz=PERIODS * CLOCK.rate_hz / TX,
+        phase_rad=0.0,
+        duration_s=TX / CLOCK.rate_hz,
+        rx_start_s=(TX + SWITCH) / CLOCK.rate_hz,
     )
+    if driven:
+        turned = rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad))
+        known = RotorContext(geometry=rotor_geometry(specimen), drive=drive, rotation=turned)
+    else:
+        known = RotorContext(geometry=rotor_geometry(load_specimen(case.bearing)[0]), drive=None, rotation=None)
     model, sensitivity = noise.for_shot(record).model, np.asarray(bench.calibration.sensitivity)
     assert model is not None
     return DiagnosisShot("shot", record, model, sensitivity, rotor=known), shot.truth
 
 
-def outcome(case: Case, rx_s: float) -> Outcome:
+def outcome(case: Case, rx_s: float, *, driven: bool) -> Outcome:
     """Measure and diagnose."""
-    shot, truth = shot_of(case, rx_s)
+    shot, truth = shot_of(case, rx_s, driven=driven)
     began_s = time.process_time()
     try:
-        found = diagnose_shots([shot], model_named(case.bearing).under_weight(weight_over_pull(specimen_of(case))))
+        share = weight_over_pull(specimen_of(case)) if driven else 0.0
+        found = diagnose_shots([shot], model_named(case.bearing).under_weight(share))
     except DiagnosisError:
         return Outcome(case, "refused", (), (), None, {}, None, time.process_time() - began_s)
     return judged(case, diagnosis_report(found, seconds=time.process_time() - began_s).model_dump(mode="json"), truth)
@@ -199,24 +202,23 @@ def row(found: Outcome) -> str:
     )
 
 
-def document(outcomes: Sequence[Outcome], rx_s: float) -> str:
-    """The page."""
+def section(outcomes: Sequence[Outcome], rx_s: float, *, driven: bool) -> str:
+    """Of the page."""
     faulty = [o for o in outcomes if o.case.kind != NONE]
     perfect = [o for o in outcomes if o.case.kind == NONE]
+    title = "Recordings that tell the resonator and the drive" if driven else "Recordings that tell neither"
+    way = "" if driven else " --without-drive"
     return "\n".join(
         [
-            "# Drawn manufacturing errors of simulated rotors",
+            f"## {title}",
             "",
-            f"One shot of {rx_s:g} s each, made by the simulated platform and diagnosed; `make defect-study "
-            f"DEFECTS='--errors {len(faulty)}",
-            f"--perfect {len(perfect)} --page docs/evidence/defect-study.md'` writes this page.",
+            f"One shot of {rx_s:g} s each; `make defect-study DEFECTS='--errors {len(faulty)} --perfect {len(perfect)}"
+            f"{way}'`.",
             "",
             f"* Kind named or in the declared set: {sum(o.kind_right for o in faulty)} of {len(faulty)}.",
             f"* Size, where the kind is named, and constants within {SURE:g} standard errors: "
             f"{sum(o.rotor_named and o.numbers_right for o in faulty)} of {len(faulty)}.",
             f"* Perfect rotors without such a name: {sum(o.kind_right for o in perfect)} of {len(perfect)}.",
-            "",
-            "Sizes and constants (f_nat, m_r, λ, T_f/I) are off by so many standard errors; s: processor time.",
             "",
             "| bearing | error | field / µT | diagnosis | size | constants | held-out χ²/dof | s |",
             "|---|---|---|---|---|---|---|---|",
@@ -233,7 +235,8 @@ def main() -> int:
     parser.add_argument("--perfect", type=int, default=2)
     parser.add_argument("--rx-s", type=float, default=2.0)
     parser.add_argument("--seed", type=int, default=40)
-    parser.add_argument("--page", type=Path, help="write the page here")
+    parser.add_argument("--without-drive", action="store_true", help="recordings that tell no drive and no resonator")
+    parser.add_argument("--section", type=Path, help="write this section of the page here")
     parser.add_argument("--journal", type=Path, help="keep outcomes in this file, and go on after those it holds")
     asked = parser.parse_args()
     known: dict[Case, Outcome] = {}
@@ -247,14 +250,15 @@ def main() -> int:
     outcomes = []
     for case in drawn(asked.errors, asked.perfect, asked.seed):
         if case not in known:
-            known[case] = outcome(case, asked.rx_s)
+            known[case] = outcome(case, asked.rx_s, driven=not asked.without_drive)
             if asked.journal:
                 with asked.journal.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(asdict(known[case])) + "\n")
         outcomes.append(known[case])
         print(row(outcomes[-1]), flush=True)
-    if asked.page:
-        asked.page.write_text(document(outcomes, asked.rx_s), encoding="utf-8")
+    if asked.section:
+        text = section(outcomes, asked.rx_s, driven=not asked.without_drive)
+        asked.section.write_text(text, encoding="utf-8")
     return 0 if all(o.kind_right for o in outcomes) else 1
 
 

@@ -88,7 +88,6 @@ def context(specimen: Specimen, case: Case) -> RotorContext:
             rx_start_s=(TX + SWITCH) / CLOCK.rate_hz,
         ),
         rotation=rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad)),
-        moving=False,
     )
 
 

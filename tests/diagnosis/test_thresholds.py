@@ -11,8 +11,8 @@ from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from tests.kit.data import ROOT
 
 PACKAGE = ROOT / "platform_daemon/diagnosis"
-SOURCE = PACKAGE / "thresholds.py"
-OTHERS = sorted(set(PACKAGE.rglob("*.py")) - {SOURCE})
+SOURCES_OF_NUMBERS = (PACKAGE / "thresholds.py", PACKAGE / "rigid_body/thresholds.py")
+OTHERS = sorted(set(PACKAGE.rglob("*.py")) - {*SOURCES_OF_NUMBERS})
 
 PLAIN_FLOATS = {0.0, 0.5, 1.0, 2.0, 1e-300}  # factors of formulas, and the guard against a division by 0
 PLAIN_INTEGERS = range(4)  # indices, dimensions, and the three parameters of a start
@@ -49,14 +49,15 @@ def tuned_numbers(path):
 
 def declared():
     """Of each field of each group: (group, name, its comment on the same line or on the line above)."""
-    lines = SOURCE.read_text().splitlines()
-    for group in ast.parse(SOURCE.read_text()).body:
-        if isinstance(group, ast.ClassDef) and group.name != "Thresholds":
-            for node in group.body:
-                if isinstance(node, ast.AnnAssign):
-                    line = lines[node.lineno - 1]
-                    comment = line if "#" in line else lines[node.lineno - 2]
-                    yield group.name, node.target.id, comment.partition("#")[2].strip()
+    for text in (source.read_text() for source in SOURCES_OF_NUMBERS):
+        lines = text.splitlines()
+        for group in ast.parse(text).body:
+            if isinstance(group, ast.ClassDef) and group.name != "Thresholds":
+                for node in group.body:
+                    if isinstance(node, ast.AnnAssign):
+                        line = lines[node.lineno - 1]
+                        comment = line if "#" in line else lines[node.lineno - 2]
+                        yield group.name, node.target.id, comment.partition("#")[2].strip()
 
 
 def test_tuned_numbers_are_in_thresholds_only():

@@ -7,12 +7,16 @@ from typing import Any
 
 from drivers.specimen import Specimen
 from platform_daemon.design.equations import magnetic_moment
-from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive, RigidRotor, RotorGeometry, RotorValues
+from platform_daemon.estimation.physics.rigid_rotor.rotor import (
+    NO_DRIVE,
+    CoilDrive,
+    RigidRotor,
+    RotorGeometry,
+    RotorValues,
+)
 from sim_backend.rotor.rigid_body.acceleration import MU
 from sim_backend.rotor.rigid_body.parameters import REST_SLIP_M_PER_S, body_parameters
 from sim_backend.rotor.rotor import effective
-
-NO_DRIVE = CoilDrive(field_t=(0.0, 0.0, 0.0), frequency_hz=0.0, phase_rad=0.0, duration_s=0.0, rx_start_s=0.0)
 
 
 def geometry(specimen: Specimen) -> RotorGeometry:

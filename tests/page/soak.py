@@ -1,4 +1,7 @@
-"""What a browser and the web process take while a long series runs: the parts `soak` and `soak-short` of the bench.
+"""What browsers and the web process take while a long series runs: the parts `soak` and `soak-short` of the bench.
+
+One browser is watched for the heap of its page, and the tools that watch it keep the answers of its requests in its
+renderer; so a second one, with no tools attached, tells what the page itself takes of the memory of a renderer.
 
 The short one writes the events of eight hours at a shot a second into the journal within minutes; the shots that they
 name are those of one short series, so that what grows with the recording itself is seen by the long one only.
@@ -6,8 +9,13 @@ name are those of one short series, so that what grows with the recording itself
 
 from __future__ import annotations
 
+import shutil
 import statistics
+import subprocess
+import tempfile
 import time
+from contextlib import contextmanager
+from urllib.parse import urlsplit
 
 import psutil
 
@@ -27,18 +35,19 @@ LOOK_S = 20.0
 NIGHT_SHOTS = 8 * 3600
 NIGHT_S = 240.0  # of which the events of the night take
 STEP_S = 0.1
-NEWEST = "async () => (location.hash = '#/now', await new Promise(go => setTimeout(go, 2000)), document.body.innerText)"
 WARM_LOOKS = 1  # views are loaded, and the list of events is full
+MEMORIES = ("heap", "watched renderer", "renderer", "web process", "hardware process")
+TOLD = {"heap of the page": 0, "memory of the renderer that nobody watches": 2, "memory of the web process": 3}
 
 
 def soak(browser, data, shots, limit_s):
-    """A page on the wall, with Now, Last shot and Series in turn, until `shots` are there or the time is over."""
-    with ready(data) as daemon:
+    """Pages on the wall, with Now, Last shot and Series in turn, until `shots` are there or the time is over."""
+    with ready(data) as daemon, unwatched(daemon) as alone:
         # on a busy computer a request may be answered too late, which the page says
         seen = visit(browser, daemon.address, "?wall", expected_errors=("Failed to load",))
         began_s = time.monotonic()
         job = daemon.post("/acquisitions", {**SERIES, "shots": shots}).json()["id"]
-        looks = list(_looks(seen, daemon, job, limit_s))
+        looks = [look for look in _looks(seen, daemon, alone, job, limit_s) if look[0] >= WARM_SHOTS]
         took_s = time.monotonic() - began_s
         wait_for(lambda: daemon.delete(f"/acquisitions/{job}").status_code < 500, timeout=600)
         wait_for(lambda: daemon.get(f"/acquisitions/{job}").json().get("state") in ("done", "cancelled"), timeout=600)
@@ -51,21 +60,21 @@ def soak(browser, data, shots, limit_s):
     parts = [looks[k * len(looks) // PARTS : (k + 1) * len(looks) // PARTS] for k in range(PARTS)]
     for part in filter(None, parts):
         told, *used = (statistics.median_low(each) for each in zip(*part, strict=True))
-        yield f"memory after {told} shots: heap, browser, web process, hardware process", _in_mb(used), "flat"
+        yield f"memory after {told} shots", _in_mb(used), "flat"
 
 
 def _in_mb(used):
-    return ", ".join(f"{each:.1f}" for each in used) + " MB"
+    return ", ".join(f"{name} {each:.1f} MB" for name, each in zip(MEMORIES, used, strict=True))
 
 
 def short_soak(browser, data):
-    """A page on the wall that receives the events of a night within minutes."""
-    with ready(data) as daemon:
+    """Pages on the wall that receive the events of a night within minutes."""
+    with ready(data) as daemon, unwatched(daemon) as alone:
         made = finished(daemon, daemon.post("/acquisitions", {**SHORT_JEWEL, "shots": 2}).headers["location"])["id"]
         seen = visit(browser, daemon.address, "?wall")
         journal = EventJournal(data_paths(data).events)
         began_s = time.monotonic()
-        looks = list(_night(seen, daemon, journal, made))
+        looks = list(_night(seen, daemon, alone, journal, made))
         took_s = time.monotonic() - began_s
         journal.close()
         assert seen.errors == []
@@ -73,9 +82,35 @@ def short_soak(browser, data):
     yield from _rows(looks[WARM_LOOKS:], f"events of {looks[-1][0]} shots in {took_s / 60:.1f} min on the wall")
 
 
-def _night(seen, daemon, journal, made):
+@contextmanager
+def unwatched(daemon):
+    """A browser of its own on the wall, to which no tool is attached; yields its process."""
+    address = f"{daemon.address}/page/?wall"
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        command = [shutil.which("chromium"), "--headless", "--no-sandbox", "--no-first-run"]
+        process = subprocess.Popen(
+            [*command, f"--user-data-dir={profile}", address], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        alone, port = psutil.Process(process.pid), urlsplit(address).port
+        try:
+            wait_for(lambda: port in _ports(alone), timeout=120)  # its stream of events stays open
+            yield alone
+            assert port in _ports(alone), "the browser that nobody watches has lost the page"
+        finally:
+            process.terminate()
+            process.wait(60)
+
+
+def _ports(process):
+    """The ports of others to which a process and its children are connected."""
+    family = [process, *process.children(recursive=True)]
+    connections = [each for one in family for each in one.net_connections(kind="tcp")]
+    return {each.raddr.port for each in connections if each.status == psutil.CONN_ESTABLISHED}
+
+
+def _night(seen, daemon, alone, journal, made):
     """What `_memory` says of the shots told so far, whenever Now is shown again."""
-    memory_now = _memory(seen, daemon)
+    memory_now = _memory(seen, daemon, alone)
     now = seen.page.locator("#nav a[aria-current=page][href='#/now']")
     told, was_now, began_s = 0, True, time.monotonic()
     while told < NIGHT_SHOTS:
@@ -89,8 +124,7 @@ def _night(seen, daemon, journal, made):
         if is_now and not was_now:
             yield memory_now(told)
         was_now = is_now
-    seen.page.wait_for_timeout(1000)
-    assert f"shot {told}" in seen.page.evaluate(NEWEST)
+    seen.page.locator(".now", has_text=f"shot {told}").wait_for()  # the wall comes back to Now by itself
     yield memory_now(told)
 
 
@@ -105,14 +139,14 @@ def _events_of(made, shot):
 
 def _rows(looks, name):
     quarter = max(1, len(looks) // 4)
-    for k, what in ((1, "heap of the page"), (3, "memory of the web process")):
-        first, last = (statistics.median(look[k] for look in part) for part in (looks[:quarter], looks[-quarter:]))
+    for what, k in TOLD.items():
+        first, last = (statistics.median(look[1 + k] for look in part) for part in (looks[:quarter], looks[-quarter:]))
         yield f"{what}, {name}", f"{last:.1f} MB, {last - first:+.1f} MB from the first to the last quarter", "flat"
 
 
-def _looks(seen, daemon, job, limit_s):
+def _looks(seen, daemon, alone, job, limit_s):
     """What `_memory` says, now and then."""
-    memory_now = _memory(seen, daemon)
+    memory_now = _memory(seen, daemon, alone)
     end_s = time.monotonic() + limit_s
     state = "running"
     while state in ("queued", "running") and time.monotonic() < end_s:
@@ -121,24 +155,31 @@ def _looks(seen, daemon, job, limit_s):
         if answer.status_code != 200:  # too late, on a busy computer
             continue
         view = answer.json()
-        state, done = view["state"], int(view["progress"]["done"])
-        if done >= WARM_SHOTS:
-            yield memory_now(done)
+        state = view["state"]
+        yield memory_now(int(view["progress"]["done"]))
 
 
-def _memory(seen, daemon):
-    """A function that says, for so many shots: these, and in MB the heap of the page without what is not used any more,
-    what the browser's processes that draw pages have for themselves, and the memory of the web and hardware process."""
+def _memory(seen, daemon, alone):
+    """A function that says, for so many shots: these, and in MB what `MEMORIES` names.
+
+    The heap is that of the watched page without what is not used any more, the memory of renderers what they have for
+    themselves, and that of the daemon's processes what is resident.
+    """
     tools = seen.context.new_cdp_session(seen.page)
     serving = [psutil.Process(daemon.pid(name)) for name in ("web", "hardware")]
 
     def now(shots):
         tools.send("HeapProfiler.collectGarbage")
         heap = tools.send("Runtime.getHeapUsage")["usedSize"]
-        of_browser = psutil.Process().children(recursive=True)
-        drawing = sum(each.memory_full_info().uss for each in of_browser if "--type=renderer" in each.cmdline())
-        used = tuple(each / 1e6 for each in (heap, drawing, *(each.memory_info().rss for each in serving)))
+        of_alone = alone.children(recursive=True)
+        of_watched = [each for each in psutil.Process().children(recursive=True) if each not in of_alone]
+        drawing = (_drawing(each) for each in (of_watched, of_alone))
+        used = tuple(each / 1e6 for each in (heap, *drawing, *(each.memory_info().rss for each in serving)))
         print(f"{shots} shots: {_in_mb(used)}", flush=True)  # so that a soak that is cut leaves what it saw
         return shots, *used
 
     return now
+
+
+def _drawing(processes):
+    return sum(each.memory_full_info().uss for each in processes if "--type=renderer" in each.cmdline())

@@ -150,6 +150,13 @@ def test_two_people_see_who_has_stopped_and_what_the_other_has_changed(chromium,
         open_view(ann, "now")
         expect(ann.locator(".now")).to_contain_text("No job runs")
         expect(ann.get_by_role("row", name="bob at 127.0.0.1").first).to_contain_text("stop")
+        open_view(bob, "start")
+        bob.locator("#field-comment").fill("half written")
+        here("token", "revoke", "bob", "--data", data)
+        bob.locator("#token").fill(here("token", "add", "rob", "--role", "operator", "--data", data).stdout.strip())
+        bob.get_by_role("button", name="Go on").click()
+        expect(bob.locator("footer")).to_contain_text("rob (operator)")
+        expect(bob.locator("#field-comment")).to_have_value("half written")
         for visited in visits.values():
             assert visited.errors == []
             visited.context.close()
@@ -167,6 +174,22 @@ def test_a_reload_and_a_step_back_send_nothing_again(browse, daemon):
     page.go_back()
     expect(page.get_by_role("button", name="Start", exact=True)).to_be_enabled()
     assert len(visited.sent) == 1
+
+
+def test_a_start_whose_answer_was_lost_leads_to_the_job_that_has_begun(browse, daemon):
+    def lose(route):
+        asked.append(route.fetch().json()["id"])
+        route.abort()
+
+    asked = []
+    page = browse(expected_errors=LOST).page
+    open_view(page, "start/self-test")
+    page.route("**/self-tests", lose, times=1)
+    start = page.get_by_role("button", name="Start", exact=True)
+    start.click()
+    expect(page.locator(".start .error")).to_contain_text("does not answer")
+    start.click()
+    expect(page.get_by_role("link", name=asked[0])).to_be_visible()
 
 
 def test_a_tab_that_is_hidden_gives_the_stream_away_and_is_right_when_it_is_shown_again(browse, daemon):

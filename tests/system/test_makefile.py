@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 from tests.kit.data import ROOT
@@ -54,6 +55,27 @@ def test_a_python_that_is_too_old_is_refused_before_anything_is_installed(tmp_pa
     assert refused.returncode == 2
     assert "Python 3.11 or newer is needed" in refused.stderr
     assert not (tmp_path / ".venv").exists()
+
+
+def test_without_a_browser_and_a_network_the_tests_of_the_page_end_with_one_line(tmp_path, monkeypatch):
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    for name in ("make", "tail"):
+        (tools / name).symlink_to(shutil.which(name))
+    apt = tools / "apt-get"
+    apt.write_text("#!/bin/sh\n[ $1 = update ] || { echo 'E: Unable to locate package chromium' >&2; exit 100; }\n")
+    apt.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tools))
+    installed = tmp_path / ".venv" / ".installed"
+    installed.parent.mkdir()
+    installed.touch()
+    later = time.time() + 60  # than what it depends on, which is copied now
+    os.utime(installed, (later, later))
+    refused = make(tmp_path, "test-page", usable=())
+    assert refused.returncode == 2
+    (said,) = (line for line in refused.stderr.splitlines() if not line.startswith("make"))
+    assert "apt (E: Unable to locate package chromium): install it so that `chromium` is on the path" in said
+    assert refused.stdout == ""
 
 
 def test_what_the_makefile_imports_is_there():

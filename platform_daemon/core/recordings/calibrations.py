@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,7 +14,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.calibration import ReceiveCalibration, TransmitCalibration
+from drivers.calibration import MeasuredInfluence, ReceiveCalibration, TransmitCalibration
 from drivers.errors import InputError, RecordingError
 from platform_daemon.core.state.errors import UnknownUnit
 from platform_daemon.core.state.versioned import VersionedFolder
@@ -22,7 +23,7 @@ from .checks import check_calibration
 from .datasets import put
 from .dimensions import add_dimension_scales
 from .hdf5 import Hdf5File, open_hdf5
-from .layout import CALIBRATION, TRANSMIT
+from .layout import CALIBRATION, INFLUENCES, TRANSMIT
 from .writer import LIBVER, write_calibration_group, write_transmit_group
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,60}")
@@ -95,6 +96,33 @@ def read_relative_std(source: Hdf5File) -> float | None:
     """Relative standard deviation of all of P together."""
     found = read_std(source, "relative_std", (), "1")
     return None if found is None else float(found)
+
+
+def read_influences(source: Hdf5File) -> tuple[MeasuredInfluence, ...]:
+    """What the calibration says it knows of influences; () if it says nothing, or not whole.
+
+    Raises RecordingError for a standard uncertainty that is not above 0.
+    """
+    try:
+        name, kind, why = (source.texts(f"{INFLUENCES}/{each}") for each in ("influence", "type", "source"))
+        u, dof = (source.values(f"{INFLUENCES}/{each}", "1") for each in ("u", "dof"))
+    except UnknownUnit:
+        raise
+    except RecordingError:
+        return ()
+    if name is None or kind is None or why is None or u is None or dof is None:
+        return ()
+    if {len(kind), len(why), u.size, dof.size} != {len(name)} or "c" in (u.dtype.kind, dof.dtype.kind):
+        return ()
+    found = []
+    for label, size, letter, freedom, said in zip(name, u.ravel(), kind, dof.ravel(), why, strict=True):
+        if not (math.isfinite(size) and size > 0.0 and freedom >= 1.0 and letter in ("A", "B")):
+            what = f"says u = {size:g} of type {letter} with {freedom:g} degrees of freedom of the {label}"
+            remedy = "u is above 0, and there is a degree of freedom: calibrate again, or remove the group"
+            raise source.defect(what, INFLUENCES, "a standard uncertainty", remedy)
+        free = None if math.isinf(freedom) else float(freedom)
+        found.append(MeasuredInfluence(label, float(size), "A" if letter == "A" else "B", free, said))
+    return tuple(found)
 
 
 def read_transmit(source: Hdf5File) -> TransmitCalibration | None:

@@ -198,7 +198,7 @@ def _signal(
         said = unit or _unit_in(name)
         quantity = quantity_of(said)
         if quantity is None:
-            raise _no_unit(name, said, path, "unit", ", ".join((*_QUANTITIES.values(), "deg")))
+            raise _no_unit(name, said, path, "unit", " or ".join((*_QUANTITIES.values(), "deg")))
         found[quantity] = name
         row = np.atleast_2d(values)
         lies = row.ndim == 2 and row.shape[0] == samples != row.shape[1]  # a channel in each column, as in MATLAB
@@ -222,7 +222,7 @@ def _no_unit(name: str, said: str | None, path: Path, key: str, wanted: str) -> 
     what = f"the unit of the column {name!r} is not known" if not said else f"the column {name!r} is in {said!r}"
     line = f"the line {key} = 'UNIT' besides time and signal"
     remedy = f"call the column `{name} [UNIT]`, or write {path.name}.toml with {line}, as platform-daemon info shows it"
-    return RecordingError(what, where=str(path), why=f"it must be one of {wanted}, or convertible to it", remedy=remedy)
+    return RecordingError(what, where=str(path), why=f"it must be {wanted}, or be converted to that", remedy=remedy)
 
 
 def _unit_in(name: str) -> str | None:

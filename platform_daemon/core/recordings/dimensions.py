@@ -23,6 +23,7 @@ from .layout import (
     FRAMES,
     FREQUENCY,
     FREQUENCY_RESPONSE,
+    INFLUENCES,
     RING_DOWN,
     SENSITIVITY,
     STEP,
@@ -47,6 +48,10 @@ _OTHERS = {
     FREQUENCY_RESPONSE: ("channel", "frequency"),
     f"{CALIBRATION}/p": ("channel", "world_axis", "frequency"),
     f"{CALIBRATION}/p_std": ("channel", "world_axis", "frequency"),
+    f"{INFLUENCES}/u": ("influence",),
+    f"{INFLUENCES}/type": ("influence",),
+    f"{INFLUENCES}/dof": ("influence",),
+    f"{INFLUENCES}/source": ("influence",),
     f"{CALIBRATION}/valid_frequency": ("bound",),
     f"{CALIBRATION}/valid_temperature": ("bound",),
     f"{TRANSMIT}/axes": ("coil",),
@@ -122,6 +127,8 @@ def _add_calibration_scales(h5: h5py.File) -> None:
         _new_scale(made, "channel", np.arange(len(h5[SENSITIVITY])), units="1")
     if FREQUENCY in h5:
         _make_scale(made, "frequency")
+    if INFLUENCES in h5:
+        _make_scale(h5[INFLUENCES], "influence")
     if TRANSMIT in h5:
         # Not its own `axes` and `frequency`: down a tree, xarray allows one length and set of labels for each name.
         table = h5[TRANSMIT]

@@ -16,6 +16,7 @@ SENSITIVITY = "/calibration/sensitivity"
 FREQUENCY = "/calibration/frequency"
 FREQUENCY_RESPONSE = "/calibration/frequency_response"
 TRANSMIT = "/calibration/transmit"
+INFLUENCES = "/calibration/uncertainty"
 VARIANT = "/resonator/variant"
 
 FRAMES = "/frames"

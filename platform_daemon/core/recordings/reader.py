@@ -13,7 +13,7 @@ from drivers.calibration import ReceiveCalibration
 from drivers.errors import RecordingError
 from platform_daemon.core.state.errors import UnknownUnit
 
-from .calibrations import read_extent, read_relative_std, read_std, read_transmit
+from .calibrations import read_extent, read_influences, read_relative_std, read_std, read_transmit
 from .checks import check_calibration, no_calibration_for_counts
 from .hdf5 import Hdf5File, open_hdf5
 from .layout import (
@@ -223,6 +223,7 @@ def _calibration(source: Hdf5File, channels: int | None) -> ReceiveCalibration |
         p_std=None if f is None else read_std(source, "p_std", (*p.shape, f.size), "T/A"),
         relative_std=read_relative_std(source),
         transmit=read_transmit(source),
+        influences=read_influences(source),
     )
     check_calibration(found, channels, str(source.path))
     return found

@@ -12,7 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from drivers.calibration import ReceiveCalibration, TransmitCalibration
+from drivers.calibration import MeasuredInfluence, ReceiveCalibration, TransmitCalibration
 
 from .datasets import clean, group, put, put_texts
 from .header import SeriesHeader, ShotRecord
@@ -25,6 +25,7 @@ from .layout import (
     FRAMES,
     FREQUENCY,
     FREQUENCY_RESPONSE,
+    INFLUENCES,
     LAYOUT,
     LAYOUT_ATTRIBUTE,
     RING_DOWN,
@@ -142,8 +143,22 @@ def write_calibration_group(h5: h5py.File, calibration: ReceiveCalibration) -> N
     if calibration.relative_std is not None:
         put(h5, f"{CALIBRATION}/relative_std", calibration.relative_std, units="1")
     _write_extent(h5, CALIBRATION, calibration)
+    if calibration.influences:
+        _write_influences(h5, calibration.influences)
     if calibration.transmit is not None:
         write_transmit_group(h5, calibration.transmit)
+
+
+def _write_influences(h5: h5py.File, influences: tuple[MeasuredInfluence, ...]) -> None:
+    """`/calibration/uncertainty`: a column for each of their attributes."""
+    made = group(h5, INFLUENCES, "NXcollection")
+    put_texts(made, "influence", [each.name for each in influences])
+    said = "standard uncertainty, relative or rad"
+    put(made, "u", np.array([each.u for each in influences]), units="1", long_name=said)
+    put_texts(made, "type", [each.kind for each in influences])
+    freedom = np.array([math.inf if each.dof is None else each.dof for each in influences])
+    put(made, "dof", freedom, units="1", long_name="degrees of freedom of u")
+    put_texts(made, "source", [each.source for each in influences])
 
 
 def write_transmit_group(h5: h5py.File, table: TransmitCalibration) -> None:

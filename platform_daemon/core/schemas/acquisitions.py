@@ -113,6 +113,23 @@ class AcquisitionResult(Schema):
     """Where the values of the series come from, and the limits that hold for it."""
 
 
+class ShotReading(Schema):
+    """What a resonator that is calibrated as a sensor reads by one shot."""
+
+    name: str
+    """The quantity in words."""
+    unit: str
+    """Its unit."""
+    calibration: str
+    """KEY@VERSION of the calibration."""
+    value: float | None
+    """In the unit; null: there is no reading."""
+    U: float | None
+    """Expanded uncertainty, 95 %, in the unit; null: there is no reading."""
+    reason: str | None
+    """Why there is no reading; null: there is one."""
+
+
 class ShotReport(Schema):
     """One shot on disk, and its on-line fit."""
 
@@ -132,6 +149,8 @@ class ShotReport(Schema):
     """Temperature of the platform, degrees Celsius; null: it was not measured."""
     fit: FrameFit | None
     """Its fit; null: it is not there yet, or none was requested."""
+    measurand: Absent[ShotReading] = None
+    """What it reads; missing: it has no good fit, or its resonator is not calibrated as a sensor."""
 
 
 class ShotPage(ListPage[ShotReport]):

@@ -43,6 +43,21 @@ class _Validity(Schema):
     """What may make it wrong; written on the command line, a job has `warnings` of its own."""
 
 
+class InfluenceReport(Schema):
+    """How well a calibration knows an influence on later results."""
+
+    name: str
+    """As budgets print it."""
+    u: float
+    """Standard uncertainty: of a gain relative, of a phase or an angle rad."""
+    type: Literal["A", "B"]
+    """A: evaluated from repeated observations; B: from anything else."""
+    dof: float | None
+    """Degrees of freedom of u; null: infinitely many."""
+    source: str
+    """Where it is known from."""
+
+
 class _Receive(_Written):
     kind: Literal["receive"]
     """The receive side."""
@@ -62,6 +77,9 @@ class _Receive(_Written):
     """Its standard deviation, the dipole's included, T/A, (channels, 3)."""
     chi2_per_dof: float
     """How well one frequency response per channel explains P; 1: as well as the noise lets it."""
+    uncertainty: Absent[tuple[InfluenceReport, ...]] = None
+    """What budgets take from it where `[uncertainty]` declares nothing, beside noise and dipole; missing: an earlier
+    version wrote it."""
 
 
 class ReceiveCalibrationReport(_Validity, _Receive):

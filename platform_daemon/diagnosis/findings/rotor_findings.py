@@ -110,8 +110,10 @@ def rotor_notes(rotor: ManufacturingError, parting: Sequence[Proposal], *, searc
     """What it is, in words; parting: what would part it from its look-alikes; searched: effects of one angle were."""
     alike = "".join(f", or {a.in_words}" for a in rotor.alike)
     fit = rotor.fit
+    free = fit.shots[0].start == "free"
+    begun = "from a free state at the start of each shot" if free else "from rest through the recorded drive"
     return (
-        f"{rotor.in_words}{alike}: a rotor of five degrees of freedom, from rest through the recorded drive, leaves "
+        f"{rotor.in_words}{alike}: a rotor of five degrees of freedom, {begun}, leaves "
         f"chi2/dof {fit.chi2_per_dof:.4g} over {fit.window_s:.3g} s",
         "effects of one angle leave more" if searched else "effects of one angle were not searched beside it",
         *(_not_parted(rotor, parting[0]) if parting and parting[0].expected_sigma < _WORTH_SIGMA else ()),
@@ -142,5 +144,7 @@ def plane_notes(plane: PlaneTest | None, shots: Sequence[DiagnosisShot]) -> tupl
         f"the motion leaves its plane in every shot: along the main axis stands {size} % of the signal, "
         "which one angle cannot hold"
     )
-    known = all(s.rotor is not None for s in shots)
-    return (text if known else f"{text}; its cause is sought only where the recordings hold drive and geometry",)
+    known = [s.rotor for s in shots if s.rotor is not None]
+    if len(known) < len(shots):
+        return (f"{text}; its cause is sought only where the bearing, thread or jewel, and a calibration are known",)
+    return (text, *dict.fromkeys(assumed for rotor in known for assumed in rotor.assumed))

@@ -30,6 +30,9 @@ _ON_ITS_SIDE = rotation_from_rodrigues(np.array([0.5 * np.pi, 0.0, 0.0]))  # the
 
 def _driven(factor: float) -> Callable[[RotorShot], RotorShot]:
     def planned(shot: RotorShot) -> RotorShot:
+        if shot.start == "free":
+            begun = {name: factor * value for name, value in shot.values.start.items()}
+            return replace(shot, values=shot.values.with_numbers(begun))
         x, y, z = shot.drive.field_t
         return replace(shot, drive=replace(shot.drive, field_t=(factor * x, factor * y, factor * z)))
 
@@ -86,7 +89,7 @@ def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: R
     other = plan(replace(rival.shots[0], values=rival.values[0]))
     shot = replace(other, samples=truth)
     assert rival.defect is not None
-    free = free_parameters(shot.geometry, [rival.defect], moving=shot.moving)
+    free = free_parameters(shot.geometry, [rival.defect], shot.start)
     seen = linearised(shot, shot.values, free, math.inf, pool)
     matrix = seen.matrix + _known(rival, [p.name for p in free if p.common], [p.name for p in free])
     matrix += np.diag([0.0 if p.sd is None or p.common else p.sd**-2 for p in free])

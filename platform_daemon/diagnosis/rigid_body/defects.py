@@ -222,9 +222,7 @@ def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: E
             turn_w_rad=0.0,
             drive_size=v.drive_size * other.drive_size / one.drive_size,
             drive_delay_s=v.drive_delay_s + other.drive_delay_s - one.drive_delay_s,
-            start_angle_rad=v.start_angle_rad,
-            start_speed_rad_per_s=v.start_speed_rad_per_s,
-        )
+        ).with_numbers(v.start)
         if one.tf_over_i_rad_per_s2 > 0.0:
             ratio = v.tf_over_i_rad_per_s2 / one.tf_over_i_rad_per_s2
             values = replace(

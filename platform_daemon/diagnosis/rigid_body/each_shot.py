@@ -17,6 +17,7 @@ from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fi
 from platform_daemon.estimation.rotor_fit.parameters import free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 
+from .free_start import begun_freely, settled_start
 from .search import defect_of, total_chi2
 
 _LIMITS = THRESHOLDS.rigid_body
@@ -36,10 +37,10 @@ def _like(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Exe
     Raises RotorFitError.
     """
     found, n = fits[0], shot.count(_LIMITS.sign_window_s)
-    common = [p.name for p in free_parameters(shot.geometry, [defect_of(found)], moving=shot.moving) if p.common]
+    common = [p.name for p in free_parameters(shot.geometry, [defect_of(found)], shot.start) if p.common]
     part = replace(shot, samples=shot.samples[:, :n])
     tried: list[RotorFit] = []
-    for values in _starts(shot, other, fits):
+    for values in _starts(shot, other, fits, pool):
         tried += _short_fits(replace(part, values=values), found, common, pool)
         if tried and _is_noise(tried[-1], found):
             break
@@ -68,24 +69,26 @@ def _is_noise(fit: RotorFit, first: RotorFit) -> bool:
     return fit.chi2_per_dof < level * max(1.0, first.chi2_per_dof)
 
 
-def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit]) -> Iterator[RotorValues]:
+def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Executor) -> Iterator[RotorValues]:
     """Start values: as far from one angle's as those of the first shot; where one angle is wrong, the first shot's
-    orientation and moment; at rest, and in the swing in which the shot before ended, whose phase nothing tells."""
+    orientation and moment; at rest, and in the swing in which the shot before ended, whose phase nothing tells; without
+    a known drive as the first periods show it."""
     there, v = fits[0].values[0], shot.values
     as_first = replace(
         there,
         f_nat_hz=v.f_nat_hz + there.f_nat_hz - other.values.f_nat_hz,
-        start_angle_rad=0.0,
-        start_speed_rad_per_s=0.0,
-    )
+    ).with_numbers(v.start)
     if other.values.tf_over_i_rad_per_s2 > 0.0 and v.tf_over_i_rad_per_s2 > 0.0:
         ratio = there.tf_over_i_rad_per_s2 / other.values.tf_over_i_rad_per_s2
         as_first = replace(as_first, tf_over_i_rad_per_s2=v.tf_over_i_rad_per_s2 * ratio)
     as_one_angle = replace(as_first, rotation=v.rotation, m_r_am2=v.m_r_am2 * there.m_r_am2 / other.values.m_r_am2)
     apart = np.linalg.norm(rodrigues_from_rotation(v.rotation.T @ other.values.rotation))
     turned = [as_one_angle, as_first] if apart > _LIMITS.near_rad else [as_one_angle]
+    if shot.start == "free":
+        yield from (settled_start(shot, begun_freely(shot, begun), pool) for begun in reversed(turned))
+        return
     yield from (as_one_angle, as_first)
-    size = _left_over_rad(fits[-1]) if shot.moving else 0.0
+    size = _left_over_rad(fits[-1]) if shot.start == "swing" else 0.0
     if size < _LIMITS.start_rad:
         return
     for begun in turned:

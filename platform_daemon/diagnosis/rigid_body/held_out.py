@@ -62,7 +62,7 @@ def _end(fit: RotorFit, first: RotorFit | None, pool: Executor) -> tuple[float, 
     own = Stage(fit.window_s, fit.values, sum(fit.chi2))
     stage = (early or list(fit.stages) or [own])[-1]
     values, n = stage.values[0], shot.count(stage.window_s)
-    free = free_parameters(shot.geometry, [fit.defect] if fit.defect else [], moving=shot.moving)
+    free = free_parameters(shot.geometry, [fit.defect] if fit.defect else [], shot.start)
     if n >= shot.samples.shape[1]:  # so short that no window came before the whole
         n = shot.count(share * whole_s)
         part = replace(shot, samples=shot.samples[:, :n], values=values)

@@ -11,7 +11,12 @@ from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
+from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
+from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters, Trajectory
+from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 
 _LIMITS = THRESHOLDS.rigid_body
@@ -30,31 +35,52 @@ def rotor_shots(base: JointFit) -> list[RotorShot]:
         record, jewel = shot.record, known.geometry.bearing == "jewel"
         loss = coefficients.get("lambda_per_s", 0.0)
         f_nat_hz, m_r_am2 = state.dynamics.w / (2.0 * math.pi), abs(observed.m_r)
+        rotation = known.facing(observed.rotation)
         values = RotorValues(
             f_nat_hz=f_nat_hz,
             m_r_am2=m_r_am2,
             distance_m=known.geometry.distance_m(f_nat_hz, m_r_am2),
             lambda_per_s=float(np.clip(loss, *_LIMITS.damping_per_s)),
-            rotation=known.facing(observed.rotation),
+            rotation=rotation,
             tf_over_i_rad_per_s2=coefficients.get("tf_over_i_rad_per_s2", 0.0) if jewel else 0.0,
             friction_coefficient=known.geometry.friction_coefficient,
             side_damping_per_s=_LIMITS.side_damping_per_s,
             creep_m_per_s=_LIMITS.creep_m_per_s if jewel else 0.0,
         )
-        late_s = record.valid_from / record.sampling_rate_hz
+        if known.drive is None:
+            side = -1.0 if known.turned(observed.rotation) else 1.0
+            phi, speed = _first_state(base.hypothesis.model, state.dynamics, record)
+            values = replace(values, start_angle_rad=side * phi, start_speed_rad_per_s=side * speed)
         shots.append(
             RotorShot(
                 samples=_swinging(record.valid, record.sampling_rate_hz, f_nat_hz),
                 rate_hz=record.sampling_rate_hz,
                 sd=shot.noise.sd,
                 geometry=known.geometry,
-                drive=replace(known.drive, rx_start_s=known.drive.rx_start_s + late_s),
+                drive=known.drive_from(record.valid_from * record.dt_s),
                 values=values,
-                declared=known.rotation,
-                moving=known.moving,
+                declared=_upright(rotation) if known.rotation is None else known.rotation,
+                start=known.start,
             )
         )
     return shots
+
+
+def _first_state(model: RingDownModel, motion: MotionParameters, record: RingDownRecord) -> tuple[float, float]:
+    """Angle, rad, and speed, rad/s, of one angle at the first valid sample."""
+    first, dt_s = record.valid_from, record.dt_s
+    phi, per_turn = Trajectory(model, motion, (first + 1) * dt_s).basis(first, first + 1, dt_s, STATE)[:2, 0].tolist()
+    return phi, per_turn * motion.w
+
+
+def _upright(rotation: Array) -> Array:
+    """The orientation with a vertical main axis, where it is nearly so: one angle is wrong by as much for an error."""
+    axis = rotation[:, 2]
+    tilt = math.acos(float(np.clip(axis[2], -1.0, 1.0)))
+    if not 0.0 < tilt < _LIMITS.upright_rad:
+        return rotation
+    across = np.array([axis[1], -axis[0], 0.0]) / math.hypot(axis[0], axis[1])
+    return np.asarray(rotation_from_rodrigues(tilt * across) @ rotation)
 
 
 def _swinging(samples: Array, rate_hz: float, frequency_hz: float) -> Array:

@@ -54,12 +54,15 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
     """
     part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.sign_window_s)])
     held = _held(shot, _LIMITS.sign_window_s)
-    found = []
-    for start in starts_of(part, pool):
-        begun, known = [replace(part, values=start.values)], [start.known]
-        with suppress(RotorFitError):
-            fit = fit_rotor(begun, start.defect, pool, first_window_s=math.inf, whole=False, held=held, known=known)
-            found.append((fit, start.known))
+    found: list[tuple[RotorFit, RotorValues]] = []
+    for starts in starts_of(part, pool):
+        for start in starts:
+            begun, known = [replace(part, values=start.values)], [start.known]
+            with suppress(RotorFitError):
+                fit = fit_rotor(begun, start.defect, pool, first_window_s=math.inf, whole=False, held=held, known=known)
+                found.append((fit, start.known))
+        if any(fit.chi2_per_dof < _LIMITS.explained_chi2_per_dof for fit, _ in found):
+            break
     if not found:
         raise RotorFitError("a short window finds no rotor")
     best = min((fit for fit, _ in found), key=total_chi2)
@@ -70,12 +73,13 @@ def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
     """What a window tells too little of.
 
     One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth; free in a
-    short window of a jewel the distance runs away.
+    short window of a jewel the distance runs away, and the slip below which its contact creeps goes with the losses.
     """
     if shot.geometry.bearing == "thread" or window_s > _LIMITS.jewel_distance_from_s:
         return ()
     damped = window_s > _LIMITS.sign_window_s
-    return ("distance_m",) if damped else ("distance_m", "lambda_per_s", "side_damping_per_s")
+    held = ("distance_m", "creep_m_per_s")
+    return held if damped else (*held, "lambda_per_s", "side_damping_per_s")
 
 
 def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
-from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
+from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
+
+from .free_start import begun_freely, left_over, settled_start
 
 _LIMITS = THRESHOLDS.rigid_body
 
@@ -28,14 +30,19 @@ class Start:
     known: RotorValues
 
 
-def starts_of(shot: RotorShot, pool: Executor) -> list[Start]:
-    """Of a short window.
+def starts_of(shot: RotorShot, pool: Executor) -> Iterator[list[Start]]:
+    """Of a short window, and others if none of these finds a rotor.
 
     With a large error one angle takes the part along the main axis for an orientation, and is wrong about m_r with it.
-    Where its orientation is far from the declared one a grid at the declared one tells where to begin, else one angle.
+    Where its orientation is far from the declared one, or leads nowhere and no drive is known, a grid at the declared
+    one tells where to begin.
     """
     apart = np.linalg.norm(rodrigues_from_rotation(shot.values.rotation.T @ shot.declared))
-    return _near(shot) if apart < _LIMITS.near_rad else _of_grid(shot, pool)
+    if apart < _LIMITS.near_rad:
+        yield _near(shot)
+        if shot.start != "free":
+            return
+    yield _of_grid(shot, pool)
 
 
 def _near(shot: RotorShot) -> list[Start]:
@@ -60,16 +67,25 @@ def _of_grid(shot: RotorShot, pool: Executor) -> list[Start]:
     By the drawing rotor and stator are the same magnet, of which real ones fall short.
     """
     points = list(_grid(shot))
-    left = np.array(list(pool.map(lambda p: _left(shot, p.values), points)))
+    if shot.start == "free":
+        likely = _best(shot, points, _LIMITS.grid_settled, pool)
+        points = [replace(one, values=settled_start(shot, one.values, pool)) for one in likely]
+    return _best(shot, points, _LIMITS.grid_kept, pool)
+
+
+def _best(shot: RotorShot, points: Sequence[Start], count: int, pool: Executor) -> list[Start]:
+    """Of each kind of error so many that leave least."""
+    left = np.array(list(pool.map(lambda p: left_over(shot, p.values), points)))
     found = []
     for defect in DEFECTS:
         places = [k for k in np.argsort(left) if points[k].defect == defect and math.isfinite(left[k])]
-        found += [points[k] for k in places[: _LIMITS.grid_kept]]
+        found += [points[k] for k in places[:count]]
     return found
 
 
 def _grid(shot: RotorShot) -> Iterator[Start]:
     main_hz = shot.values.f_nat_hz
+    begun = {share: _begun(shot, share * shot.geometry.stator_moment_am2) for share in _LIMITS.grid_moments}
     for defect, sign in itertools.product(DEFECTS, (1.0, -1.0)):
         largest = _LIMITS.largest_m if defect == "lateral_displacement_m" else _LIMITS.largest_rad
         for part, above, share, side_damping_per_s in itertools.product(
@@ -78,23 +94,17 @@ def _grid(shot: RotorShot) -> Iterator[Start]:
             _LIMITS.grid_moments,
             _LIMITS.grid_side_damping_per_s,
         ):
-            m_r_am2 = share * shot.geometry.stator_moment_am2
             f_nat_hz = main_hz * (1.0 + above * (part * _LIMITS.largest_rad) ** 2)
             known = replace(
-                shot.values,
-                rotation=shot.declared,
+                begun[share],
                 f_nat_hz=f_nat_hz,
-                m_r_am2=m_r_am2,
-                distance_m=shot.geometry.distance_m(f_nat_hz, m_r_am2),
+                distance_m=shot.geometry.distance_m(f_nat_hz, begun[share].m_r_am2),
                 side_damping_per_s=side_damping_per_s,
             )
             yield Start(defect, known.with_numbers({defect: float(sign * part * largest)}), known)
 
 
-def _left(shot: RotorShot, values: RotorValues) -> float:
-    """chi^2; infinite where there is no such rotor."""
-    try:
-        residual, _ = shot.residual(values, math.inf)
-    except (NoRestError, LostRotorError):
-        return math.inf
-    return float(residual @ residual)
+def _begun(shot: RotorShot, m_r_am2: float) -> RotorValues:
+    """At the declared orientation, without an error."""
+    values = replace(shot.values, rotation=shot.declared, m_r_am2=m_r_am2)
+    return begun_freely(shot, values) if shot.start == "free" else values

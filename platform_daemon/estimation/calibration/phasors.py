@@ -58,3 +58,17 @@ def combine(segments: NDArray[np.complex128]) -> Phasors:
     dof = 2 * (n - 1)
     spread = np.sum(np.abs(segments - value) ** 2, axis=0) / dof
     return Phasors(value, np.sqrt(spread / n), dof)
+
+
+def frequency_offset(segments: NDArray[np.complex128], segment_s: float) -> tuple[float, float]:
+    """How far a tone is above the frequency of its segments' phasors (n, channel), Hz, and its standard deviation.
+
+    By a line through the phase of the loudest channel; n >= 3.
+    """
+    loudest = segments[:, int(np.argmax(np.sum(np.abs(segments) ** 2, axis=0)))]
+    phase, times_s = np.unwrap(np.angle(loudest)), segment_s * np.arange(len(loudest))
+    around = times_s - times_s.mean()
+    slope = float(around @ phase / (around @ around))
+    left = phase - phase.mean() - slope * around
+    std = float(np.sqrt(left @ left / (len(phase) - 2) / (around @ around)))
+    return slope / (2 * np.pi), std / (2 * np.pi)

@@ -69,6 +69,32 @@ def receive_result(
     )
 
 
+@dataclass(frozen=True)
+class Repeatability:
+    """Scatter of single shots about their mean: gain, relative, and phase, rad, (channel,); dof: of each."""
+
+    gain: NDArray[np.float64]
+    phase_rad: NDArray[np.float64]
+    dof: int
+
+
+def repeatability(heard: NDArray[np.complex128], sensitivity: NDArray[np.float64]) -> Repeatability | None:
+    """How far one shot's gain and phase are off their mean, noise of its tone included; None: nothing was repeated.
+
+    heard: (axis, k, repetition, channel), phasors of equal shots; sensitivity: (channel, 3).  Each channel is judged by
+    the dipole along its own axis, all frequencies together (JCGM 100:2008, H.3.6: pooled estimate).
+    """
+    _, k, n, channels = heard.shape
+    if n < 2:
+        return None
+    own = np.argmax(np.abs(sensitivity), axis=1)
+    found = np.stack([heard[own[c], :, :, c] for c in range(channels)])
+    off = found / found.mean(axis=2, keepdims=True) - 1.0
+    dof = k * (n - 1)
+    gain, phase = (np.sqrt(np.sum(part**2, axis=(1, 2)) / dof) for part in (off.real, off.imag))
+    return Repeatability(gain, phase, dof)
+
+
 def _split(
     p: NDArray[np.complex128], std: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]:

@@ -152,7 +152,7 @@ def with_errors_of_held(fit: RotorFit, names: Sequence[str], covariance: Array, 
     """
     cross = np.zeros((len(fit.covariance), len(names)))
     for shot, values, places in zip(fit.shots, fit.values, fit.places, strict=True):
-        known = {p.name: p for p in free_parameters(shot.geometry, DEFECTS, moving=shot.moving)}
+        known = {p.name: p for p in free_parameters(shot.geometry, DEFECTS, shot.start)}
         try:
             found = linearised(shot, values, [known[name] for name in (*places, *names)], fit.window_s, pool)
         except (NoRestError, LostRotorError) as error:

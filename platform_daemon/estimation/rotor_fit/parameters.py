@@ -11,6 +11,9 @@ from platform_daemon.estimation.thresholds import THRESHOLDS
 
 LIMITS = THRESHOLDS.rigid_rotor
 Defect = Literal["stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m"]
+Start = Literal["rest", "swing", "free"]
+"""Of a shot: the drive finds the rotor at rest, or in the swing of the shot before; or nothing is known of the drive,
+and the motion begins with the first sample in any state."""
 DEFECTS: tuple[Defect, ...] = ("stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m")
 HELD_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "creep_m_per_s")
 """What belongs to a specimen as its defect does: fits with an adopted defect hold both."""
@@ -32,16 +35,19 @@ class FreeParameter:
     common: bool = False
 
 
-def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, moving: bool) -> tuple[FreeParameter, ...]:
-    """Of one shot; defects: that are free; moving: a swing of the shot before may be left when the drive begins."""
+def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: Start) -> tuple[FreeParameter, ...]:
+    """Of one shot; defects: that are free."""
     own = [
         FreeParameter(name="f_nat_hz", step=LIMITS.step_f_nat_hz),
         FreeParameter(name="m_r_am2", step=LIMITS.step_m_r_am2),
         *(FreeParameter(name=f"turn_{axis}_rad", step=LIMITS.step_rad) for axis in "uvw"),
-        FreeParameter(name="drive_size", step=LIMITS.step_rad, sd=LIMITS.drive_size_sd),
-        FreeParameter(name="drive_delay_s", step=LIMITS.step_s, sd=LIMITS.drive_delay_sd_s),
     ]
-    if moving:
+    if start == "free":
+        own += _free_start(geometry)
+    else:
+        own.append(FreeParameter(name="drive_size", step=LIMITS.step_rad, sd=LIMITS.drive_size_sd))
+        own.append(FreeParameter(name="drive_delay_s", step=LIMITS.step_s, sd=LIMITS.drive_delay_sd_s))
+    if start == "swing":
         own.append(FreeParameter(name="start_angle_rad", step=LIMITS.step_rad, sd=LIMITS.start_sd_rad))
         own.append(
             FreeParameter(
@@ -74,4 +80,26 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], *, movin
         own.append(FreeParameter(name="tf_over_i_rad_per_s2", step=LIMITS.step_friction_rad_per_s2))
         # Friction differs from shot to shot by its contact or by its coefficient: neither is common to all.
         own.append(FreeParameter(name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd))
+        common.append(
+            FreeParameter(name="creep_m_per_s", step=LIMITS.step_creep_m_per_s, sd=LIMITS.creep_sd_m_per_s, common=True)
+        )
     return (*own, *common)
+
+
+def _free_start(geometry: RotorGeometry) -> list[FreeParameter]:
+    """The swing, of which nothing is known, and the side modes, which are small."""
+    sd, sd_per_s = LIMITS.start_side_sd, LIMITS.start_side_sd * LIMITS.typical_rad_per_s
+    found = [
+        FreeParameter(name="start_angle_rad", step=LIMITS.step_rad),
+        FreeParameter(name="start_speed_rad_per_s", step=LIMITS.step_speed_rad_per_s),
+    ]
+    for axis in "uv":
+        found += [
+            FreeParameter(name=f"start_place_{axis}", step=LIMITS.step_rad, sd=sd),
+            FreeParameter(name=f"start_place_{axis}_per_s", step=LIMITS.step_speed_rad_per_s, sd=sd_per_s),
+            FreeParameter(name=f"start_lean_{axis}_rad", step=LIMITS.step_rad, sd=sd),
+        ]
+        if geometry.bearing == "thread":
+            name = f"start_lean_{axis}_rad_per_s"
+            found.append(FreeParameter(name=name, step=LIMITS.step_speed_rad_per_s, sd=sd_per_s))
+    return found

@@ -4,32 +4,59 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive, RigidRotor, RotorGeometry, RotorValues
+from platform_daemon.estimation.physics.rigid_rotor.rotor import (
+    NO_DRIVE,
+    CoilDrive,
+    RigidRotor,
+    RotorGeometry,
+    RotorValues,
+)
 from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U
 
-from .parameters import FreeParameter
+from .parameters import FreeParameter, Start
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RotorContext:
     """What is known of a shot's rotor before any fit.
 
-    rotation: (3, 3) as declared, from u, v, w to world axes; moving: see RotorShot.
+    drive: None if nothing is known of it; rotation: (3, 3) as declared, from u, v, w to world axes, None if it is not;
+    swinging: a swing of the shot before may be left when the drive begins; assumed: what is taken for known, in words.
     """
 
     geometry: RotorGeometry
-    drive: CoilDrive
-    rotation: Array
-    moving: bool
+    drive: CoilDrive | None
+    rotation: Array | None
+    swinging: bool = False
+    assumed: tuple[str, ...] = ()
+
+    @property
+    def start(self) -> Start:
+        """In which state a motion begins."""
+        if self.drive is None:
+            return "free"
+        return "swing" if self.swinging else "rest"
+
+    def drive_from(self, late_s: float) -> CoilDrive:
+        """The drive of samples that begin so long after the first one of RX."""
+        if self.drive is None:
+            return NO_DRIVE
+        return replace(self.drive, rx_start_s=self.drive.rx_start_s + late_s)
+
+    def turned(self, rotation: Array) -> bool:
+        """Of an orientation and its mirror solution, which one angle cannot tell apart, w is as declared in the other
+        one; with none declared the rotor hangs or lies above its stator, or beside it."""
+        along = rotation[2, 2] if self.rotation is None else (self.rotation.T @ rotation)[2, 2]
+        return bool(along < 0.0)
 
     def facing(self, rotation: Array) -> Array:
-        """Of an orientation and its mirror solution, which one angle cannot tell apart, that with w as declared."""
-        return rotation @ HALF_TURN_ABOUT_U if (self.rotation.T @ rotation)[2, 2] < 0.0 else rotation
+        """The one of these two."""
+        return rotation @ HALF_TURN_ABOUT_U if self.turned(rotation) else rotation
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -37,8 +64,7 @@ class RotorShot:
     """A ring-down after a known drive.
 
     samples: dm/dt, (3, n) A m^2/s, world axes, the first one `drive.rx_start_s` after the start of the drive; sd: (3,)
-    of white noise; values: start values; declared: (3, 3) orientation as the recording states it; moving: a swing of
-    the shot before may be left when the drive begins.
+    of white noise; values: start values; declared: (3, 3) orientation as the recording states it.
     """
 
     samples: Array
@@ -48,7 +74,7 @@ class RotorShot:
     drive: CoilDrive
     values: RotorValues
     declared: Array
-    moving: bool = False
+    start: Start = "rest"
 
     def count(self, window_s: float) -> int:
         """Samples in a window from the first one."""

@@ -36,9 +36,7 @@ class Layout:
         free, places, shared, size = [], [], dict[str, int](), 0
         defects = tuple(defects)
         for shot in shots:
-            of_shot = tuple(
-                p for p in free_parameters(shot.geometry, defects, moving=shot.moving) if p.name not in held
-            )
+            of_shot = tuple(p for p in free_parameters(shot.geometry, defects, shot.start) if p.name not in held)
             here = []
             for p in of_shot:
                 if p.common and p.name in shared:

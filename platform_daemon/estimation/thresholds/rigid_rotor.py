@@ -55,6 +55,8 @@ class RigidRotorThresholds:
     step_per_s: float = tuned(1e-6, "1/s", "of the difference for dampings")
     step_m: float = tuned(1e-10, "m", "of the difference for a displacement")
     step_speed_rad_per_s: float = tuned(1e-4, "rad/s", "of the difference for the speed at the start")
+    step_creep_m_per_s: float = tuned(1e-8, "m/s", "of the difference for the slip below which a contact creeps")
+    creep_sd_m_per_s: float = tuned(2e-3, "m/s", "how well that is known")
     step_friction_rad_per_s2: float = tuned(1e-3, "rad/s^2", "of the difference for T_f/I")
     drive_size_sd: float = tuned(0.03, "1", "of the field over the commanded one: transmit calibration and coils")
     drive_delay_sd_s: float = tuned(1e-4, "s", "of the samples against the drive: filters and gates")
@@ -62,7 +64,8 @@ class RigidRotorThresholds:
         3e-4, "s", "L/R of Helmholtz pairs of such a size: a sine of whole periods hardly shows it"
     )
     start_sd_rad: float = tuned(0.2, "rad", "of the swing that may be left of the shot before")
-    typical_rad_per_s: float = tuned(1300.0, "rad/s", "omega_nat of such a resonator, for the speed of that swing")
+    start_side_sd: float = tuned(0.1, "1", "of links and of radians, in side modes of a free start")
+    typical_rad_per_s: float = tuned(1300.0, "rad/s", "omega_nat of such a resonator, for the speeds of both")
     # The distance follows from f_nat, m_r and the stator's design moment as its cube root (eq:T_m, eq:omega_nat).  A
     # grade of magnets leaves the remanence open by 1.5 %, 10 K by 1.2 %, a radius of 1.5 mm good to 10 um the volume
     # by 2 %: together 3 %, which is 1 % of the distance of 4.6 mm.

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from fastapi import Query
 
+from drivers.errors import ConfigError
 from platform_daemon.core.jobs.job_registry import UnknownId
 from platform_daemon.core.jobs.kinds import job_type
 from platform_daemon.core.recordings.description import describe
@@ -75,22 +76,37 @@ def resume_acquisition(identifier: JobId, context: Shared, body: Confirmed = CON
 def get_shots(identifier: JobId, context: Shared, after: After = 0, limit: Limit = 100) -> ShotPage:
     """Every shot once it is on disk and counts, with its on-line fit once that is there; also while the series runs.
 
+    With each good fit of a resonator that is calibrated as a sensor comes `measurand`, value and U of what it reads.
+
     Their dm/dt, harmonics and pictures are at `/recordings/{recording}/frames/{frame}`, from the same moment on.
     """
     job = context.hardware.job("acquisition", identifier)
     page = context.hardware.shots("acquisition", identifier, after, limit)
     known = job.result.shots or 0
     if page.items or not known or (not job.state.final and (after >= known or job.record.within is not None)):
-        return page
+        return _read(page, job, context)
     if job.record.within is not None:
         remedy = f"they are in the recording of {job.record.within}"
         raise UnknownId("the shots of this step are not known one by one any more", where=identifier, remedy=remedy)
     try:
-        return _stored_shots(job, context, after, limit)
+        return _read(_stored_shots(job, context, after, limit), job, context)
     except UnknownRecording:
         if job.state.final:
             raise
         return page  # of a series that is made for the first time
+
+
+def _read(page: ShotPage, job: JobView, context: Context) -> ShotPage:
+    """With what the shots read, if their resonator is calibrated as a sensor and the catalogue still has it."""
+    from platform_daemon.features.measurand.online import NewestCalibrations, with_readings
+
+    if not page.items or not context.folders.measurands.is_dir():
+        return page
+    try:
+        specimen, _ = context.catalogue.resonators.load(job.request.resonator)
+    except ConfigError:
+        return page
+    return with_readings(page, specimen.name, NewestCalibrations(context.folders.measurands))
 
 
 def _stored_shots(job: JobView, context: Context, after: int, limit: int) -> ShotPage:

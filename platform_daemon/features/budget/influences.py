@@ -12,7 +12,7 @@ from datetime import date
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.calibration import ReceiveCalibration
+from drivers.calibration import ReceiveCalibration, angle_of, channel_names, gain_of, phase_of, turned_towards
 from drivers.errors import InputError
 from drivers.specimen import Specimen
 from drivers.uncertainty import DeclaredUncertainty, Influence
@@ -101,7 +101,7 @@ def _known(given: Situation, key: str, name: str, value: float = 0.0) -> InputQu
     """What is declared under a key.  Raises InputError for a certificate that does not hold."""
     declared: Influence | None = getattr(given.declared, key)
     if declared is None:
-        return None
+        return _by_calibration(given, name, value)
     source = declared.source or f"[uncertainty] {key}"
     if (paper := declared.certificate) is not None:
         where = f"[uncertainty] {key}: certificate {paper.number}"
@@ -123,6 +123,24 @@ def _known(given: Situation, key: str, name: str, value: float = 0.0) -> InputQu
         dof=math.inf if declared.dof is None else declared.dof,
         source=source,
     )
+
+
+def _by_calibration(given: Situation, name: str, value: float) -> InputQuantity | None:
+    """What the calibration itself has measured of an influence."""
+    made = given.calibration
+    for each in () if made is None else made.influences:
+        if each.name == name:
+            assert made is not None
+            day = f" of {made.date[:10]}" if made.date else ""
+            return InputQuantity(
+                name=name,
+                value=value,
+                u=each.u,
+                kind=each.kind,
+                dof=math.inf if each.dof is None else each.dof,
+                source=f"calibration {made.identifier}{day}: {each.source}",
+            )
+    return None
 
 
 def _clock(given: Situation) -> Iterator[Effect]:
@@ -224,27 +242,25 @@ def _channels(given: Situation, calibration: ReceiveCalibration) -> Iterator[Eff
     p, inverse = calibration.sensitivity, np.linalg.pinv(calibration.sensitivity)
     odd, even = given.response.odd, given.response.even
     both = odd + even
-    names = AXES if len(p) == 3 else [str(k) for k in range(len(p))]
+    names = channel_names(len(p))
     radians_per_s = 2.0 * math.pi * given.fit.parameters["f_nat_hz"].value
     for c, name in enumerate(names):
         through = np.outer(inverse[:, c], p[c])
         yield Effect(
-            f"gain of channel {name}", given.of_data(-through @ both),
-            _known(given, "gain", f"gain of channel {name}", 1.0), 1e-2, "1 % of each", "gain of the channels", through,
+            gain_of(name), given.of_data(-through @ both), _known(given, "gain", gain_of(name), 1.0), 1e-2,
+            "1 % of each", "gain of the channels", through,
         )  # fmt: skip
         yield Effect(
-            f"phase of channel {name}", given.of_data(through @ given.response.slope / radians_per_s),
-            _known(given, "phase_rad", f"phase of channel {name}"), 1e-3, "1 mrad of each", "phase of the channels",
+            phase_of(name), given.of_data(through @ given.response.slope / radians_per_s),
+            _known(given, "phase_rad", phase_of(name)), 1e-3, "1 mrad of each", "phase of the channels",
         )  # fmt: skip
-        for axis in range(3):
-            if axis != int(np.argmax(np.abs(p[c]))):
-                label = f"orthogonality of coil {name} and {AXES[axis]}"
-                turned = np.outer(inverse[:, c], np.eye(3)[axis]) * float(np.abs(p[c]).max())
-                known = _known(given, "orthogonality_rad", label)
-                yield Effect(
-                    label, given.of_data(-turned @ both), known, 1e-3, "1 mrad of each", "orthogonality of the coils",
-                    turned,
-                )  # fmt: skip
+    for c, axis in turned_towards(p):
+        label = angle_of(names[c], axis)
+        turned = np.outer(inverse[:, c], np.eye(3)[axis]) * float(np.abs(p[c]).max())
+        known = _known(given, "orthogonality_rad", label)
+        yield Effect(
+            label, given.of_data(-turned @ both), known, 1e-3, "1 mrad of each", "orthogonality of the coils", turned
+        )
     if calibration.p_std is None or calibration.frequency_hz is None or calibration.frequency_response is None:
         return
     f = given.fit.parameters["f_nat_hz"].value
@@ -288,14 +304,14 @@ def _position(given: Situation, calibration: ReceiveCalibration) -> Iterator[Eff
 
 
 def pair_fields(place: Array, radii: tuple[float, float, float]) -> Array:
-    """Field of unit Helmholtz pairs along x, y, z at a place (3,), over that at the centre, (coil, axis), to fourth
-    order: B_z = 1 - 144/125 (z^4 - 3 z^2 r^2 + 3/8 r^4) / R^4, B_r = -144/125 (3/2 z r^3 - 2 z^3 r) / R^4."""
+    """Field of unit Helmholtz pairs along x, y, z at places (..., 3), over that at the centre, (..., coil, axis), to
+    fourth order: B_z = 1 - 144/125 (z^4 - 3 z^2 r^2 + 3/8 r^4) / R^4, B_r = -144/125 (3/2 z r^3 - 2 z^3 r) / R^4."""
     rows = []
     for k, radius in enumerate(radii):
-        along = place[k] / radius
-        across = np.delete(place, k) / radius
-        r2 = float(across @ across)
-        row = np.insert(-_FOURTH_ORDER * (1.5 * along * r2 - 2.0 * along**3) * across, k, 0.0)
-        row[k] = 1.0 - _FOURTH_ORDER * (along**4 - 3.0 * along**2 * r2 + 0.375 * r2**2)
+        along = place[..., k] / radius
+        across = np.delete(place, k, axis=-1) / radius
+        r2 = np.sum(across**2, axis=-1)
+        row = np.insert(-_FOURTH_ORDER * (1.5 * along * r2 - 2.0 * along**3)[..., None] * across, k, 0.0, axis=-1)
+        row[..., k] = 1.0 - _FOURTH_ORDER * (along**4 - 3.0 * along**2 * r2 + 0.375 * r2**2)
         rows.append(row)
-    return np.array(rows)
+    return np.stack(rows, axis=-2)

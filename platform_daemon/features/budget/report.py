@@ -45,7 +45,7 @@ def off_centre_line(found: OffCentreReport) -> str:
     distance = "" if found.distance_m is None else f"{1e3 * found.distance_m:.2g} mm"
     if found.seen:
         return (
-            f"off centre: the rotor stands about {distance} from the centre of the coils "
+            f"off centre: the rotor stands at least {distance} from the centre of the coils "
             f"(p = {found.probability:.1g}); mount it in the centre, or calibrate where it stands"
         )
     return f"off centre: not seen (p = {found.probability:.2g})"

@@ -89,7 +89,8 @@ class OffCentreReport(Schema):
     probability: float
     """Chance that noise and what is declared of gains and orthogonality make as much."""
     distance_m: float | None
-    """Distance of the nearest place that explains it from the centre, m; null: nothing is seen, or no place does."""
+    """Least distance from the centre, at 95 %, m: of the nearest place that explains what is seen; null: nothing is
+    seen, or no place does."""
 
 
 class BudgetReport(Schema):

@@ -11,12 +11,12 @@ from drivers.errors import InputError
 from drivers.specimen import Specimen
 from drivers.uncertainty import DeclaredUncertainty, Influence
 from platform_daemon import __version__
+from platform_daemon.core.recordings.evidence import file_digests
 from platform_daemon.core.schemas.parameters import definition_of
 from platform_daemon.features.budget.declared import declared_in
 from platform_daemon.features.budget.schema import BudgetReport
 from platform_daemon.features.budget.work import series_budgets
 from platform_daemon.features.budget.written import budget_report
-from platform_daemon.features.diagnose.evidence import file_digests
 from platform_daemon.features.fit.fit_request import FitRequest
 from platform_daemon.features.fit.known_moment import declared_specimen
 from platform_daemon.features.fit.measurement import Measurement, VoltageMeasurement

@@ -181,7 +181,7 @@ def _report(
     short, long = shot_values((n50, d30), reference)
     shown = _shown(d30)
     comparisons = compare(_pairs(short, long, held, reference), task.alpha)
-    budgets, without = _mean_budgets(measurement, ask, n50, d30, held)
+    budgets, without = budgets_of_means(measurement, ask, n50, d30, held)
     whole = dataset_of("d30", d30, long, {})
     summary = CharacterisationReport(
         software_version=__version__,
@@ -213,7 +213,7 @@ def _report(
     return summary.model_copy(update={"notes": notes})
 
 
-def _mean_budgets(
+def budgets_of_means(
     measurement: VoltageMeasurement, ask: FitRequest, n50: FitReport, d30: FitReport, held: Mapping[str, float]
 ) -> tuple[tuple[BudgetReport, ...], tuple[str, ...]]:
     """Of the means of the D30 fits; none, and a note with the reason, where there is no budget.

@@ -30,8 +30,8 @@ def adopt(
     models: ModelsOption = None,
 ) -> None:
     """Adopt the effects of a diagnosis: a named, versioned model for fits, with the evidence for it."""
+    from platform_daemon.core.recordings.evidence import file_digests
     from platform_daemon.features.diagnose.adoption import model_from_diagnosis
-    from platform_daemon.features.diagnose.evidence import file_digests
 
     shelf = library(models)
     data = file_digests(recording) if recording else None

@@ -9,6 +9,7 @@ from pathlib import Path
 from drivers.calibration import ReceiverEffect
 from drivers.errors import InputError
 from platform_daemon import __version__
+from platform_daemon.core.recordings.evidence import file_digests
 from platform_daemon.core.schemas.fits import FileDigest
 from platform_daemon.diagnosis.report_schema import DiagnosisReport, NamedEffect
 from platform_daemon.estimation.calibration.receiver_correction import CORRECTABLE
@@ -18,8 +19,6 @@ from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.library import Library, check_name
 from platform_daemon.features.models.resolve import resolve
 from platform_daemon.features.models.schema import AdoptedRotorRecord, AdoptedTermRecord, AdoptionEvidence
-
-from .evidence import file_digests
 
 _ROTORS: dict[str, Defect] = {
     "stator_tilt": "stator_tilt_rad",

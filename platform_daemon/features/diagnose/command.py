@@ -49,10 +49,10 @@ def diagnose(
     With --live on a platform, instead of files: measure, diagnose, measure what is proposed (diagnose --live --help).
     """
     from platform_daemon.core.command_line.progress import compile_fit, progress
+    from platform_daemon.core.recordings.evidence import file_digests
     from platform_daemon.core.recordings.reader import read_calibration
     from platform_daemon.diagnosis.report import diagnosis_report
 
-    from .evidence import file_digests
     from .load_shots import NothingToDiagnoseError, diagnose_input, load_diagnosis_input
     from .report import summary_text
 

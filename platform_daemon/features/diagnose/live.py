@@ -111,7 +111,7 @@ class LiveDiagnosis:
 
     def log(self) -> LiveDiagnosisLog:
         """What was measured, why, what it brought, and the last diagnosis."""
-        from .evidence import file_digests
+        from platform_daemon.core.recordings.evidence import file_digests
 
         return LiveDiagnosisLog(
             stopped=self.stopped,

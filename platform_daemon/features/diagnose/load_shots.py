@@ -116,14 +116,14 @@ def load_diagnosis_input(
             taken, said = taken_frames(m, (frames or {}).get(m.path), (steps or {}).get(m.path))
             recorded.append((m, taken))
             loaded.notes += said
+    declared = model_of(chosen).under_weight(measurements[0].weight_over_pull())
     for (one, numbers), searched in zip(recorded, searched_frames(recorded), strict=True):
-        add_frames(one, numbers, searched, loaded)
+        add_frames(one, numbers, searched, declared.name, loaded)
     if loaded.further:
         loaded.notes.append(
             f"of {len(loaded.shots) + len(loaded.further)} shots {len(loaded.shots)}, evenly spread, are searched and "
             "fitted together; what is found is tried on the others"
         )
-    declared = model_of(chosen).under_weight(measurements[0].weight_over_pull())
     specimen = _specimen(loaded, declared, tuple(m.path for m in measurements))
     return replace(specimen, sources={one.path: one.value_sources(numbers) for one, numbers in recorded})
 

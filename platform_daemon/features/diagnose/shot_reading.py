@@ -16,7 +16,7 @@ from platform_daemon.estimation.noise.series import SeriesNoise
 from platform_daemon.estimation.refusal import Refusal, RefusedError
 from platform_daemon.estimation.screening.screening import screen_free_swing
 from platform_daemon.features.fit.measurement import AngleMeasurement, VoltageMeasurement
-from platform_daemon.features.fit.rotor_context import rotor_context
+from platform_daemon.features.fit.rotor_context import assumed_rotor_context
 
 _NO_FREE_SWING = (Refusal.NOT_FINITE, Refusal.TOO_SHORT, Refusal.NO_SIGNAL, Refusal.NO_DECAY)
 _MOST_SEARCHED = 12_000_000  # values of all channels: a minute of three at 61 kHz takes 1.2 GB and half a minute
@@ -47,13 +47,14 @@ class LoadedShots:
 
 
 def add_frames(
-    recorded: VoltageMeasurement, frames: Sequence[int], searched: Container[int], loaded: LoadedShots
+    recorded: VoltageMeasurement, frames: Sequence[int], searched: Container[int], bearing: str, loaded: LoadedShots
 ) -> None:
     """Good frames of a recording with its noise; blank ones only tell the noise.
 
-    searched: frames that are read now; the others are read when they are requested.
+    searched: frames that are read now; the others are read when they are requested; bearing: name of the model, by
+    which a rotor is assumed where the recording declares none.
     """
-    reader = _FrameReader(recorded)
+    reader = _FrameReader(recorded, bearing)
     if recorded.calibration is None and ABSORBED not in loaded.notes:
         loaded.notes.append(ABSORBED)
     for k in frames:
@@ -71,8 +72,9 @@ def add_frames(
 class _FrameReader:
     """Frames of one recording as shots, with its noise."""
 
-    def __init__(self, recorded: VoltageMeasurement) -> None:
+    def __init__(self, recorded: VoltageMeasurement, bearing: str) -> None:
         self._recorded, self._noise, self._sensitivity = recorded, recorded.noise(), None
+        self._bearing = bearing
         if recorded.calibration is not None:
             sensitivity = np.asarray(recorded.calibration.sensitivity, dtype=np.float64)
             self._sensitivity = sensitivity if sensitivity.shape[0] == sensitivity.shape[1] else None
@@ -108,7 +110,7 @@ class _FrameReader:
         unit = "counts" if recorded.recording.counts else ""
         shot = DiagnosisShot(
             name, signal.record, of_shot.model, self._sensitivity, recorded.path.name, unit,
-            rotor_context(recorded.recording, k) if recorded.calibration is not None else None,
+            assumed_rotor_context(recorded.recording, k, self._bearing) if recorded.calibration is not None else None,
         )  # fmt: skip
         loaded.shots.append(shot)
 

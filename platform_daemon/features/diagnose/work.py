@@ -34,10 +34,10 @@ class DiagnosisTask:
 
     def __call__(self, tell: Callable[[float, str], None]) -> tuple[DiagnosisReport, bytes]:
         """Report and page.  Raises NothingToDiagnoseError."""
+        from platform_daemon.core.recordings.evidence import file_digests
         from platform_daemon.diagnosis.report import diagnosis_report
         from platform_daemon.diagnosis.residual_comparison import compare_residuals
 
-        from .evidence import file_digests
         from .load_shots import diagnose_input, load_diagnosis_input
         from .page import diagnosis_html
 

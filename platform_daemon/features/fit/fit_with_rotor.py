@@ -25,7 +25,7 @@ from platform_daemon.estimation.rotor_fit.shot import RotorContext, RotorShot
 from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.schema import AdoptedRotorRecord
 
-from .rotor_context import rotor_context
+from .rotor_context import assumed_rotor_context
 
 Refinement = Callable[[RingDownRecord, NoiseModel | None, FitResult], FitResult]
 HOLDABLE = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
@@ -42,18 +42,16 @@ def unchanged(record: RingDownRecord, noise: NoiseModel | None, fit: FitResult) 
 def with_rotor(recording: Recording, frame: int, model: AdoptedModel, fixed: Mapping[str, float]) -> Refinement:
     """What makes of a frame's fit of one angle that of the rotor, over the same window.
 
-    fixed: of HOLDABLE, values that the fit holds.  Raises RecordingError if the recording does not tell the resonator
-    and its drive.
+    fixed: of HOLDABLE, values that the fit holds.  Raises RecordingError if the recording has no calibration.
     """
-    known, error = rotor_context(recording, frame), model.rotor
+    known, error = assumed_rotor_context(recording, frame, model.base), model.rotor
     assert error is not None
     if known is None or recording.calibration is None:
         raise RecordingError(
             f"{model.label} cannot be used here",
             where=f"{recording.path}: frame {frame}",
-            why="a rotor with a manufacturing error is followed from rest through its drive, which takes the "
-            "resonator's geometry, a drive by a sine and a calibration",
-            remedy=f"measure with a declared resonator, or fit {model.base}",
+            why="a rotor with a manufacturing error takes a calibration, and the geometry of a thread or a jewel",
+            remedy=f"give the calibration, or fit {model.base}",
         )
     return lambda record, noise, start: _refined(record, noise, start, known, error, fixed)
 
@@ -82,7 +80,8 @@ def _refined(
                 fit = with_errors_of_held(fit, error.covariance.parameters, spread, pool)
     except RotorFitError as failed:
         return FitResult("refused", reason=f"rotor: {failed} ({error.id} {error.strength:.4g} is held)")
-    return replace(_result(start, fit, error), seconds=start.seconds + time.perf_counter() - began)
+    found = _result(start, fit, error)
+    return replace(found, notes=(*found.notes, *known.assumed), seconds=start.seconds + time.perf_counter() - began)
 
 
 def _shot(
@@ -91,25 +90,31 @@ def _shot(
     """The window of the fit of one angle, with start values as far from that fit as in the diagnosis."""
     found = {name: each.value for name, each in start.parameters.items()}
     at = {name: found[name] * error.ratio.get(name, 1.0) for name in HOLDABLE if name in found}
+    turned = rotation_from_rodrigues(np.array([found[n] for n in RODRIGUES]))
+    rotation = known.facing(turned)
     values = RotorValues(
         f_nat_hz=at["f_nat_hz"],
         m_r_am2=at["m_r_am2"],
         lambda_per_s=at["lambda_per_s"],
         tf_over_i_rad_per_s2=at.get("tf_over_i_rad_per_s2", 0.0),
-        rotation=known.facing(rotation_from_rodrigues(np.array([found[n] for n in RODRIGUES]))),
+        rotation=rotation,
         **error.held,
     ).with_numbers({error.parameter: error.strength})
+    if known.drive is None:
+        side, motion = -1.0 if known.turned(turned) else 1.0, start.ring_down()
+        phi, per_turn = (each[-1] for each in motion.motion(record.valid_from + 1, record.dt_s))
+        speed = float(per_turn) * motion.dynamics.w
+        values = replace(values, start_angle_rad=side * float(phi), start_speed_rad_per_s=side * speed)
     samples = record.valid[:, : start.samples]
-    late_s = record.valid_from / record.sampling_rate_hz
     return RotorShot(
         samples=samples,
         rate_hz=record.sampling_rate_hz,
         sd=noise.sd,
         geometry=known.geometry,
-        drive=replace(known.drive, rx_start_s=known.drive.rx_start_s + late_s),
+        drive=known.drive_from(record.valid_from * record.dt_s),
         values=values,
-        declared=known.rotation,
-        moving=known.moving,
+        declared=rotation if known.rotation is None else known.rotation,
+        start=known.start,
     )
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from drivers.errors import InputError
 from platform_daemon.core.command_line.csv_table import write_csv
 from platform_daemon.core.command_line.options import CsvOption, ForceOption, JsonOption
 from platform_daemon.core.command_line.output import must_not_exist, say_note, write_json
@@ -89,6 +90,9 @@ def read(
     report = stored_readings(file, measurands, calibration, coverage, extrapolate)
     write_json(json_file, report)
     write_csv(csv_file, report.shots)
+    if not report.shots:
+        why = report.refused[0].reason if report.refused else "the recording has no shots"  # with the remedy
+        raise InputError("none of its shots can be read", where=str(file), why=why)
     print(readings_text(report))
 
 

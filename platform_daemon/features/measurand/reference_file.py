@@ -80,7 +80,7 @@ def read_reference(path: Path, measurand: Measurand) -> Reference:
     except (OSError, ValueError, csv.Error) as error:
         remedy = "give a CSV file in UTF-8"
         raise InputError("the reference cannot be read", where=str(path), why=str(error), remedy=remedy) from None
-    if len(rows) < 3:
+    if sum(map(bool, rows)) < 3:
         remedy = "give a heading and a line for each reading"
         raise InputError("fewer than two readings", where=str(path), remedy=remedy)
     with_u = _check_heading(path, rows[0], measurand)

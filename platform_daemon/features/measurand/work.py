@@ -12,7 +12,7 @@ import numpy as np
 from drivers.errors import InputError
 from drivers.specimen import Measurand, Specimen
 from platform_daemon import __version__
-from platform_daemon.features.diagnose.evidence import file_digests
+from platform_daemon.core.recordings.evidence import file_digests
 from platform_daemon.uncertainty.calibration_curve import (
     CalibratedCurve,
     Points,

@@ -34,6 +34,9 @@ def trend(
     uncertainty: Annotated[
         bool, typer.Option("--uncertainty", help="U of every value, by a budget for each calibration.")
     ] = False,
+    measurands: Annotated[
+        Path | None, typer.Option(help="Folder of the calibrations as a sensor; default: beside the recordings.")
+    ] = None,
     accept: Annotated[
         str | None,
         typer.Option(
@@ -50,6 +53,7 @@ def trend(
     from platform_daemon.core.state.durable import write_file
 
     from .indexed import indexed_trend
+    from .readings import with_measurand
     from .report import trend_csv, trend_text
 
     for path, ending in ((png, ".png"), (csv, ".csv"), (json_file, ".json")):
@@ -65,6 +69,7 @@ def trend(
 
         compile_fit()
     report = indexed_trend(recordings, specimen, since, until, points_to_false_alarm, step, uncertainty=uncertainty)
+    report = with_measurand(report, recordings, measurands or recordings.parent / "measurands")
     write_json(json_file, report)
     if csv is not None:
         write_file(csv, trend_csv(report).encode())

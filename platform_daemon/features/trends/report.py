@@ -27,7 +27,7 @@ def trend_text(report: TrendReport) -> str:
     console = Console(width=120, markup=False, highlight=False, color_system=None)  # it is printed as plain text
     with console.capture() as captured:
         console.print(table)
-    lines = [captured.get().rstrip()]
+    lines = [captured.get().rstrip(), *_reading(report)]
     lines += [
         f"{'now' if each.stands else 'was'}: {each.name} since {each.since}: {each.what}" for each in report.changes
     ]
@@ -35,6 +35,17 @@ def trend_text(report: TrendReport) -> str:
         lines.append("no change beyond chance")
     lines.append(f"a specimen that does not change raises an alarm once in {report.points_to_false_alarm:g} points")
     return "\n".join([*lines, *(f"note: {note}" for note in report.notes)])
+
+
+def _reading(report: TrendReport) -> list[str]:
+    """The newest reading, if it is a sensor."""
+    told = report.measurand
+    if told is None:
+        return []
+    for value, u in zip(reversed(told.value), reversed(told.U), strict=True):
+        if value is not None and u is not None:
+            return [f"{told.name}: {value:.6g} {told.unit}, U = {u:.2g} {told.unit} (95 %), by {told.calibration}"]
+    return [f"{told.name}: no point can be read by {told.calibration}"]
 
 
 def _row(chart: TrendChart) -> tuple[str, ...]:
@@ -70,7 +81,7 @@ def _number(value: float | None, factor: float) -> str:
 
 def trend_csv(report: TrendReport) -> str:
     """A row per point: when, recording, shots, temperature, each quantity as measured and at one temperature, with U
-    where it was asked for, then the clock of its time."""
+    where it was asked for, what a sensor reads with U, then the clock of its time."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     columns = {
@@ -83,6 +94,8 @@ def trend_csv(report: TrendReport) -> str:
         )
         if values is not None
     }
+    if (told := report.measurand) is not None:
+        columns[f"{told.name} [{told.unit}]"], columns[f"U of {told.name} [{told.unit}]"] = told.value, told.U
     writer.writerow(["at", "recording", "shots", "temperature_c", *map(text_cell, columns), "clock"])
     for k, point in enumerate(report.points):
         values = [column[k] for column in columns.values()]

@@ -152,6 +152,7 @@ def _trend(
 ) -> TrendReport:
     """Raises UnknownSpecimen, InputError, StorageError, RecordingError."""
     from .indexed import indexed_trend
+    from .readings import with_measurand
 
     keeper = context.part(TrendKeeper)
     keeper.catch_up()
@@ -162,6 +163,7 @@ def _trend(
         found = keeper.trend(specimen)
     else:
         found = indexed_trend(context.folders.recordings, specimen, since, until, rate, step, newest)
+    found = with_measurand(found, context.folders.recordings, context.folders.measurands)
     behind = keeper.behind
     if behind:
         found = found.model_copy(update={"notes": (*found.notes, f"{behind} recordings are still to be looked at")})

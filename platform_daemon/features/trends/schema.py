@@ -94,6 +94,21 @@ class TrendChange(Schema):
     """At the newest point it is still so."""
 
 
+class TrendMeasurand(Schema):
+    """What a specimen that is calibrated as a sensor reads, a value per point in each list."""
+
+    name: str
+    """The quantity in words."""
+    unit: str
+    """Its unit."""
+    calibration: str
+    """KEY@VERSION of the calibration."""
+    value: tuple[FiniteOrNull, ...]
+    """By the mean of the shots of the point, in the unit; null: nothing can be read."""
+    U: tuple[FiniteOrNull, ...]
+    """Expanded uncertainty, 95 %, in the unit; null: nothing can be read."""
+
+
 class TrendReport(Schema):
     """Months of a specimen."""
 
@@ -105,6 +120,8 @@ class TrendReport(Schema):
     """Oldest first."""
     charts: tuple[TrendChart, ...]
     """A chart per quantity."""
+    measurand: Absent[TrendMeasurand] = None
+    """What it reads; missing: it is not calibrated as a sensor."""
     changes: tuple[TrendChange, ...]
     """What is more than chance, oldest first."""
     points_to_false_alarm: float

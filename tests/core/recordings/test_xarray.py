@@ -52,7 +52,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespa
     try:
         with TestClient(create_api(linked_context(engine, folder)), base_url="http://127.0.0.1") as client:
             for kind in ("receive", "transmit"):
-                body = {"kind": kind, "name": kind, "frequencies_hz": [212.0, 424.0], "repetitions": 1}
+                body = {"kind": kind, "name": kind, "frequencies_hz": [212.0, 424.0], "repetitions": 2}
                 made = result_of(client, client.post("/calibrations", json=body))["calibration"]
                 assert client.post("/calibrations/adopt", json={"kind": kind, "calibration": made}).status_code == 200
             body = {**SHORT_JEWEL, "shots": 2, "blank_shots": 1}

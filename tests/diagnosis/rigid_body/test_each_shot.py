@@ -26,7 +26,7 @@ def pool():
         yield made
 
 
-def shot_of(bearing, defects, seed, field_t, *, moving, **values):
+def shot_of(bearing, defects, seed, field_t, *, start, **values):
     """A shot with its start values at the truth."""
     drive = CoilDrive(
         field_t=(field_t, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=0.047, rx_start_s=0.058
@@ -41,25 +41,25 @@ def shot_of(bearing, defects, seed, field_t, *, moving, **values):
         drive=drive,
         values=rotor.values,
         declared=rotor.values.rotation,
-        moving=moving,
+        start=start,
     )
 
 
 def test_a_jewels_shot_with_other_friction_is_found_from_the_first_one(pool):
-    first = shot_of("jewel", {"stator_tilt_rad": 0.0354}, 1, 4.9e-4, moving=False)
+    first = shot_of("jewel", {"stator_tilt_rad": 0.0354}, 1, 4.9e-4, start="rest")
     v = first.values
     less = {
         "tf_over_i_rad_per_s2": 0.7 * v.tf_over_i_rad_per_s2,
         "friction_coefficient": 0.7 * v.friction_coefficient,
         "f_nat_hz": v.f_nat_hz + 0.08,
     }
-    second = shot_of("jewel", {"stator_tilt_rad": 0.0354}, 2, 4.9e-4, moving=True, **less)
+    second = shot_of("jewel", {"stator_tilt_rad": 0.0354}, 2, 4.9e-4, start="swing", **less)
     # One angle tells the ratio of the frictions nearly, and f_nat to a part in ten thousand.
     begun = replace(
         second, values=replace(v, tf_over_i_rad_per_s2=0.72 * v.tf_over_i_rad_per_s2, f_nat_hz=v.f_nat_hz + 0.1)
     )
     # What so short a shot hardly tells is taken as known, as longer ones tell it.
-    known = ("distance_m", "side_damping_per_s", "lambda_per_s", "friction_coefficient")
+    known = ("distance_m", "side_damping_per_s", "lambda_per_s", "friction_coefficient", "creep_m_per_s")
     alone = fit_rotor([first], "stator_tilt_rad", pool, first_window_s=math.inf, held=known)
     _, other = each_alone([first, begun], alone, pool)
     assert other.chi2_per_dof == pytest.approx(1.0, abs=0.05)
@@ -68,9 +68,9 @@ def test_a_jewels_shot_with_other_friction_is_found_from_the_first_one(pool):
 
 
 def test_a_shot_that_begins_in_the_swing_of_the_one_before_is_found(pool):
-    first = shot_of("thread", {"stator_tilt_rad": 0.01}, 3, 2.4e-4, moving=False)
+    first = shot_of("thread", {"stator_tilt_rad": 0.01}, 3, 2.4e-4, start="rest")
     left = {"start_angle_rad": -0.2, "start_speed_rad_per_s": 250.0}
-    second = shot_of("thread", {"stator_tilt_rad": 0.01}, 4, 2.4e-4, moving=True, **left)
+    second = shot_of("thread", {"stator_tilt_rad": 0.01}, 4, 2.4e-4, start="swing", **left)
     begun = replace(second, values=first.values)
     alone = fit_rotor([first], "stator_tilt_rad", pool, first_window_s=math.inf)
     _, other = each_alone([first, begun], alone, pool)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS as DIAGNOSIS_LIMITS
-from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
+from platform_daemon.estimation.physics.rigid_rotor.rotor import NO_DRIVE, STARTS, CoilDrive
 from platform_daemon.estimation.rotor_fit.fit import (
     LIMITS,
     RotorFitError,
@@ -97,13 +97,82 @@ def test_the_last_window_but_one_ends_where_the_diagnosis_splits_a_single_shot()
 
 def test_a_thread_has_no_friction_and_a_shot_after_another_has_its_swing():
     shot, _ = tilted(4)
-    names = [p.name for p in free_parameters(shot.geometry, ["bearing_tilt_rad"], moving=True)]
+    names = [p.name for p in free_parameters(shot.geometry, ["bearing_tilt_rad"], "swing")]
     assert "friction_coefficient" not in names
     assert {"bearing_tilt_rad", "start_angle_rad", "start_speed_rad_per_s"} <= set(names)
     jewel = replace(shot.geometry, bearing="jewel")
-    assert {"friction_coefficient", "tf_over_i_rad_per_s2"} <= {
-        p.name for p in free_parameters(jewel, (), moving=False)
-    }
+    assert {"friction_coefficient", "tf_over_i_rad_per_s2"} <= {p.name for p in free_parameters(jewel, (), "rest")}
+
+
+def test_a_motion_without_a_drive_has_neither_its_size_nor_its_delay():
+    shot, _ = tilted(4)
+    driven, free = ({p.name for p in free_parameters(shot.geometry, (), start)} for start in ("rest", "free"))
+    assert driven - free == {"drive_size", "drive_delay_s"}
+    assert free - driven == set(STARTS)
+    jewel = {p.name for p in free_parameters(replace(shot.geometry, bearing="jewel"), (), "free")}
+    assert set(STARTS) - jewel == {"start_lean_u_rad_per_s", "start_lean_v_rad_per_s"}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("bearing", "tilt_rad", "field_t", "held"),
+    [
+        ("thread", 0.01, 2.15e-4, ()),
+        # What so short a shot of a jewel hardly tells is taken as known.
+        (
+            "jewel",
+            0.0354,
+            4.9e-4,
+            ("distance_m", "side_damping_per_s", "lambda_per_s", "friction_coefficient", "creep_m_per_s"),
+        ),
+    ],
+)
+def test_without_a_known_drive_a_shot_begins_in_any_state_and_tells_the_tilt(bearing, tilt_rad, field_t, held, pool):
+    """The motion was driven from rest all the same, and began with side modes."""
+    specimen = rigid_specimen(bearing, [0.0, 0.0, -9.81], 5.0, defects={"stator_tilt_rad": tilt_rad})
+    rotor = true_rotor(specimen, replace(DRIVE, field_t=(field_t, 0.0, 0.0)))
+    noise = np.random.default_rng(8).normal(size=(3, SAMPLES)) * SD[:, None]
+    samples, v = rotor.dm_dt(SAMPLES, RATE_HZ)[0] + noise, rotor.values
+    across, along, _ = v.rotation.T @ samples[:, :5].mean(axis=1) / v.m_r_am2
+    angle_rad = math.atan(-across / along)
+    start = replace(
+        v,
+        f_nat_hz=v.f_nat_hz + 0.02,
+        stator_tilt_rad=0.97 * tilt_rad,
+        start_angle_rad=angle_rad,
+        start_speed_rad_per_s=along / math.cos(angle_rad),
+    )
+    shot = RotorShot(
+        samples=samples, rate_hz=RATE_HZ, sd=SD, geometry=rotor.geometry, drive=NO_DRIVE, values=start,
+        declared=v.rotation, start="free",
+    )  # fmt: skip
+    found = fit_rotor([shot], "stator_tilt_rad", pool, held=held)
+    assert found.chi2_per_dof == pytest.approx(1.0, abs=0.05)
+    value, std = found.strength
+    assert abs(value - tilt_rad) < 4 * std < tilt_rad
+    assert abs(found.values[0].f_nat_hz - v.f_nat_hz) < 4 * found.std[0]["f_nat_hz"]
+
+
+@pytest.mark.long
+def test_a_contact_that_creeps_at_another_slip_tells_its_losses_all_the_same(pool):
+    """Held at the value it begins with, lambda and T_f/I are off by tens of their errors."""
+    drive = replace(DRIVE, field_t=(4.9e-4, 0.0, 0.0))
+    specimen = rigid_specimen("jewel", [0.0, 0.0, -9.81], 2.0, defects={"stator_tilt_rad": 0.0354})
+    rotor = true_rotor(specimen, drive, creep_m_per_s=5e-4)
+    noise = np.random.default_rng(9).normal(size=(3, 8 * SAMPLES)) * SD[:, None] / 2
+    shot = RotorShot(
+        samples=rotor.dm_dt(8 * SAMPLES, RATE_HZ)[0] + noise, rate_hz=RATE_HZ, sd=SD / 2, geometry=rotor.geometry,
+        drive=drive, values=replace(rotor.values, creep_m_per_s=2e-3), declared=rotor.values.rotation,
+    )  # fmt: skip
+
+    def off(fit, name):
+        return abs(getattr(fit.values[0], name) - getattr(rotor.values, name)) / fit.std[0][name]
+
+    held = fit_rotor([shot], "stator_tilt_rad", pool, held=["creep_m_per_s"])
+    assert min(off(held, name) for name in ("lambda_per_s", "tf_over_i_rad_per_s2")) > 30
+    found = fit_rotor([shot], "stator_tilt_rad", pool)
+    for name in ("stator_tilt_rad", "f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2", "creep_m_per_s"):
+        assert off(found, name) < 4, name
 
 
 @pytest.mark.long

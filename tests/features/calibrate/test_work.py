@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from drivers.errors import ConfigError, InputError, SequenceRejected
+from drivers.uncertainty import DeclaredUncertainty
 from platform_daemon.core.hardware.engine import Engine
 from platform_daemon.core.jobs.jobs import Job
 from platform_daemon.core.recordings.calibrations import read_transmit_calibration
@@ -19,8 +22,11 @@ from platform_daemon.core.recordings.reader import open_recording, read_calibrat
 from platform_daemon.core.schemas.calibrations import ComplexTable
 from platform_daemon.core.schemas.jobs import JobState
 from platform_daemon.core.schemas.requests import CalibrationRequest
+from platform_daemon.features.budget.influences import effects_of
+from platform_daemon.features.budget.work import parts_of_shot
 from platform_daemon.features.calibrate.work import plan_calibration
 from platform_daemon.features.fit.fit_request import FitRequest
+from platform_daemon.features.fit.measurement import open_measurement
 from sim_backend.receive.response import frequency_response
 from sim_backend.transmit.coils import sensitivity_t_per_a
 from tests.kit.acquisitions import acquire
@@ -62,6 +68,20 @@ def assert_scatters_as_said(off: NDArray[np.complex128], std: NDArray[np.float64
     """Complex deviations that are neither larger nor smaller than their standard deviations say."""
     total = float(np.sum(np.abs(off) ** 2 / std**2))
     assert chi2.ppf(1e-4, 2 * off.size) < total < chi2.isf(1e-4, 2 * off.size) * 1.1
+
+
+def undeclared_is_known_by_the_calibration(path: Path, told: dict[str, Any]) -> None:
+    """Where nobody declares gains and angles, a budget has those that the calibration measured."""
+    given = parts_of_shot(open_measurement(path), 0, FitRequest("jewel", "n50")).given
+    found = {each.name: each for each in effects_of(replace(given, declared=DeclaredUncertainty()))}
+    for name in ("gain of channel z", "phase of channel x", "orthogonality of coil x and y"):
+        known = found[name].known
+        assert known is not None
+        assert (known.u, known.kind) == (told[name].u, told[name].type)
+        assert known.source.startswith("calibration receive@1_")
+    assert found["gain of channel x"].known.dof == 8.0  # type: ignore[union-attr]
+    assert found["orthogonality of coil y and z"].known.dof == math.inf  # type: ignore[union-attr]
+    assert found["sample clock"].known is None
 
 
 def parts(found: ComplexTable) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
@@ -112,6 +132,23 @@ class TestReceive:
         assert (tmp_path / first).read_bytes() == before
         assert len(list(tmp_path.iterdir())) == 2
 
+    def test_a_tilted_dipole_tilts_p_by_what_its_direction_is_known_to(
+        self, engine_with: Callable[..., Engine], tmp_path: Path
+    ) -> None:
+        engine = engine_with(
+            "reference_dipole.tilt_rad=[0.004,0.0,0.0]", "reference_dipole.direction_std_rad=4e-3",
+            "reference_dipole.standard={frequency_hz=1000.0, relative_std=1e-8, clock_error=2e-5}",
+        )  # fmt: skip
+        made = calibrated(engine, tmp_path, kind="receive", frequencies_hz=(848.0, 1696.0), repetitions=1).result.root
+        angle = made.sensitivity_t_per_a[2][1] / made.sensitivity_t_per_a[2][2]
+        assert angle == pytest.approx(0.004, abs=2e-3)
+        told = {each.name: each.u for each in made.uncertainty}
+        assert told["orthogonality of coil z and y"] == 4e-3
+        assert told["sample clock"] == pytest.approx(2e-5, abs=4e-7)
+        source = next(each.source for each in made.uncertainty if each.name == "sample clock")
+        assert float(source.partition("fast by ")[2].split()[0]) == pytest.approx(2e-5, abs=4e-7)
+        assert len(told) == 7  # one shot of each kind says nothing of how it repeats
+
     def test_exchanged_axes_are_told(self, engine_with: Callable[..., Engine], tmp_path: Path) -> None:
         engine = engine_with()
         declared = engine.platform.calibration
@@ -152,7 +189,8 @@ class TestFitsWithIt:
         self, engine_with: Callable[..., Engine], tmp_path: Path
     ) -> None:
         wide = (100.0, 212.0, 424.0, 636.0, 1272.0, 2544.0, 5000.0, 8000.0)
-        made = calibrated(engine_with(*MADE_OTHERWISE), tmp_path, kind="receive", frequencies_hz=wide).result.root
+        bench = engine_with(*MADE_OTHERWISE, "reference_dipole.direction_std_rad=2e-3")
+        made = calibrated(bench, tmp_path, kind="receive", frequencies_hz=wide).result.root
         files = (f'calibration={{file="{tmp_path / made.file}"}}',)
         engine = engine_with(*MADE_OTHERWISE, *files)
         job = acquire(engine, tmp_path / "jewel.h5")
@@ -169,6 +207,9 @@ class TestFitsWithIt:
         np.testing.assert_array_equal(stored.sensitivity, np.array(made.sensitivity_t_per_a))
         np.testing.assert_array_equal(stored.p_std, np.array(made.p_t_per_a.std))
         assert stored.relative_std == made.relative_std > 0
+        told_by = {each.name: each for each in made.uncertainty}
+        assert {each.name: each.u for each in stored.influences} == {each.name: each.u for each in made.uncertainty}
+        undeclared_is_known_by_the_calibration(tmp_path / "jewel.h5", told_by)
         told = frame.systematic_std["m_r_am2"] / truth
         assert made.relative_std <= told < 3 * worst
         assert job.result.fit.systematic_std["m_r_am2"] == pytest.approx(frame.systematic_std["m_r_am2"])

@@ -86,7 +86,7 @@ def test_errors_contain_what_a_field_along_the_main_axis_does_to_one_angle():
     noise = np.random.default_rng(2).normal(size=(3, samples)) * SD[:, None] / 2
     record = RingDownRecord(rotor.dm_dt(samples, RATE_HZ)[0] + noise, RATE_HZ, "dmdt")
     white, model = NoiseModel.white(SD / 2, RATE_HZ), JEWEL.under_weight(weight_over_pull(specimen))
-    known = RotorContext(geometry=rotor.geometry, drive=drive, rotation=turned, moving=False)
+    known = RotorContext(geometry=rotor.geometry, drive=drive, rotation=turned)
     of_noise = fit_ring_down(record, model, "d30", noise=white)
     fit = with_one_angle_error(of_noise, record, white, model, known)
 

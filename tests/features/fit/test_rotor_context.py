@@ -1,8 +1,13 @@
 import numpy as np
 import pytest
 
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.settings import load_specimen
 from platform_daemon.design.equations import PAPER_MAGNETS, moment_of_inertia
-from platform_daemon.features.fit.rotor_context import rotor_geometry
+from platform_daemon.estimation.physics.rigid_rotor.rotor import NO_DRIVE
+from platform_daemon.features.fit.rotor_context import assumed_rotor_context, rotor_context, rotor_geometry
+from tests.kit.acquisitions import acquire
+from tests.kit.data import DATA
 from tests.kit.rigid_rotors import rigid_specimen
 
 
@@ -15,3 +20,23 @@ def test_geometry_is_that_of_the_drawing_and_knows_no_defect(name, link_m):
     assert plain.inertia_kg_m2 == pytest.approx(moment_of_inertia(PAPER_MAGNETS))
     assert plain.stator_moment_am2 == pytest.approx(14.625e-3, rel=1e-4)
     assert np.sign(plain.friction_coefficient) == (name == "jewel")
+
+
+def test_what_a_recording_from_elsewhere_does_not_tell_is_assumed_and_said():
+    recording = open_recording(DATA / "example_jewel.mmr.h5")
+    assert rotor_context(recording, 0) is None
+    assert assumed_rotor_context(recording, 0, "undamped") is None
+    found = assumed_rotor_context(recording, 0, "jewel")
+    assert found.geometry == rotor_geometry(load_specimen("jewel")[0])
+    assert (found.start, found.rotation) == ("free", None)
+    assert found.drive_from(0.1) == NO_DRIVE
+    assert ["drive" in found.assumed[0], "jewel.toml" in found.assumed[1]] == [True, True]
+
+
+def test_what_a_recording_tells_is_not_assumed(engine_with, tmp_path):
+    """The second shot may begin in the swing of the first one."""
+    acquire(engine_with(), tmp_path / "a.h5", window=None, shots=2)
+    recording = open_recording(tmp_path / "a.h5")
+    from_rest, after = (assumed_rotor_context(recording, k, "jewel") for k in range(2))
+    assert (from_rest.start, after.start) == ("rest", "swing")
+    assert from_rest.assumed == after.assumed == ()

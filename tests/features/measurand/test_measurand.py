@@ -191,6 +191,7 @@ GOOD = [LINE.format(k, 1000 + k, 0.1) for k in range(4)]
         (["time,pressure [mbar],u [mbar]", GOOD[0], LINE.format(1, "nan", 1)], "not finite"),
         (["time,pressure [mbar],u [mbar]", GOOD[0], "yesterday,1000,0.1"], "not a time and numbers"),
         (["time,pressure [mbar],u [mbar]"], "fewer than two readings"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], "", ""], "fewer than two readings"),
     ],
 )  # fmt: skip
 def test_reference_files_that_are_refused(lines, said, tmp_path):

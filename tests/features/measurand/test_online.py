@@ -8,14 +8,20 @@ from pydantic import ValidationError
 import platform_daemon as pd_
 from drivers.specimen import Measurand
 from platform_daemon.core.hardware.catalogue import open_catalogue
+from platform_daemon.core.recordings.indexed import IndexedPoint, IndexedRecording, IndexedSpecimen
+from platform_daemon.core.schemas.acquisitions import ShotPage, ShotReport
 from platform_daemon.core.schemas.events import FitEvent
+from platform_daemon.core.schemas.fits import ParameterEstimate, unfitted
 from platform_daemon.core.settings import load_specimen
 from platform_daemon.core.web.metrics import Metrics
 from platform_daemon.features.alarms.board import AlarmBoard
 from platform_daemon.features.alarms.rules import Rules
 from platform_daemon.features.measurand.library import Measurands
-from platform_daemon.features.measurand.online import OnlineReadings
+from platform_daemon.features.measurand.online import NewestCalibrations, OnlineReadings, with_readings
 from platform_daemon.features.measurand.work import calibrated
+from platform_daemon.features.trends import readings as readings_of_trends
+from platform_daemon.features.trends.report import trend_csv, trend_text
+from platform_daemon.features.trends.trend import specimen_trend
 from tests.kit.pressure_sensor import PRESSURE, START_S, PressureSensor
 
 LIMITS = """
@@ -108,6 +114,52 @@ def test_a_new_calibration_is_used_at_once(readings, told, calibration, tmp_path
     Measurands(tmp_path / "measurands").add(calibration)
     readings.see(fitted(calibration, 1000.0))
     assert [each.calibration for each in told] == [f"{calibration.key}@1", f"{calibration.key}@2"]
+
+
+def test_each_good_shot_of_a_sensor_has_what_it_reads(calibration, tmp_path):
+    folder = tmp_path / "measurands"
+    Measurands(folder).add(calibration)
+
+    def shot(number, mbar, celsius=22.0):
+        f = ParameterEstimate(value=PressureSensor(0).f_hz(mbar, celsius), std=1e-4)
+        fit = unfitted(number - 1, "").model_copy(update={"verdict": "good", "parameters": {"f_nat_hz": f}})
+        return ShotReport(
+            shot=number, frame=number - 1, time_stamp="2026-06-01T00:00:00+00:00", blank=False, verdict="good",
+            reason=None, temperature_c=celsius, fit=fit,
+        )  # fmt: skip
+
+    blank = shot(3, 1000.0).model_copy(update={"fit": None})
+    page = ShotPage(items=(shot(1, 990.0), shot(2, 1000.0, 60.0), blank), next=None)
+    read, hot, nothing = with_readings(page, calibration.specimen, NewestCalibrations(folder)).items
+    assert read.measurand.value == pytest.approx(990.0, abs=read.measurand.U)
+    assert (read.measurand.unit, read.measurand.calibration) == ("mbar", calibration.label)
+    assert hot.measurand.value is None
+    assert "outside of the temperatures" in hot.measurand.reason
+    assert nothing.measurand is None
+    assert with_readings(page, "another", NewestCalibrations(folder)) is page
+
+
+def test_a_trend_of_a_sensor_has_value_and_u_of_every_point(calibration, tmp_path, monkeypatch):
+    Measurands(tmp_path).add(calibration)
+    pressures = [985.0, 995.0, 1005.0]
+    points = [
+        IndexedPoint(at=f"2026-06-0{k + 1}T00:00:00+00:00", shots=1 + 9 * k, temperature_c=22.0, field_t=None,
+                     values={"f_nat_hz": PressureSensor(0).f_hz(mbar, 22.0)})
+        for k, mbar in enumerate(pressures)
+    ]  # fmt: skip
+    recording = IndexedRecording(
+        identifier="a", begun=points[0].at, specimen="S", operator="", frames=30, good=30, calibration=None,
+        fit="d30", resonator=calibration.specimen, points=points,
+    )  # fmt: skip
+    specimen = IndexedSpecimen(("a",), points[0].at, points[-1].at, 30, {calibration.specimen: 1}, {}, ())
+    monkeypatch.setattr(readings_of_trends, "indexed_specimen", lambda folder, name: specimen)
+    report = readings_of_trends.with_measurand(specimen_trend("S", [recording]), tmp_path / "recordings", tmp_path)
+    told = report.measurand
+    for value, u, mbar in zip(told.value, told.U, pressures, strict=True):
+        assert value == pytest.approx(mbar, abs=u)
+    assert told.U[2] < 0.7 * told.U[0]  # a mean of nineteen shots scatters less than one
+    assert "pressure: 100" in trend_text(report)
+    assert "pressure [mbar],U of pressure [mbar]" in trend_csv(report)
 
 
 def test_limits_in_the_wrong_order_are_refused():

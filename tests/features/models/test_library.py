@@ -3,10 +3,10 @@ import json
 import pytest
 
 from drivers.errors import InputError
+from platform_daemon.core.recordings.evidence import file_digests
 from platform_daemon.core.schemas.base import to_json
 from platform_daemon.core.schemas.fits import FileDigest
 from platform_daemon.features.diagnose.adoption import AdoptionRefused, model_from_diagnosis
-from platform_daemon.features.diagnose.evidence import file_digests
 from platform_daemon.features.models.library import Library, UnknownModel
 from platform_daemon.features.models.resolve import label_of, model_of, resolve
 from tests.kit.diagnosis_json import diagnosed, effect

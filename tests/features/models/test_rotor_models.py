@@ -13,6 +13,7 @@ from platform_daemon.features.models.library import Library
 from platform_daemon.features.models.resolve import model_of, notes_of
 from tests.kit.data import DATA
 from tests.kit.diagnosis_json import diagnosed, effect
+from tests.kit.recording_files import write_minimal
 
 HELD = {"distance_m": 4.45e-3, "side_damping_per_s": 22.0, "friction_coefficient": 0.0, "creep_m_per_s": 0.0}
 TILT = effect("stator_tilt", 8.7e-4, "rad", **HELD)
@@ -67,7 +68,7 @@ def test_it_is_held_and_takes_no_torque_beside_it(library):
         model_from_diagnosis(said, "both", "me", library, recordings=[])
 
 
-def test_a_recording_without_its_drive_is_refused_and_so_is_a_hint(library):
+def test_a_recording_without_its_drive_begins_in_any_state_and_a_hint_is_refused(library):
     made = tilted(library)
     measurement = VoltageMeasurement.of(open_recording(DATA / "example_thread.mmr.h5"))
     ask = FitRequest(made, hold_if_inseparable={"lambda_per_s": 0.25})
@@ -75,6 +76,16 @@ def test_a_recording_without_its_drive_is_refused_and_so_is_a_hint(library):
     with pytest.raises(InputError, match="cannot be used here") as refused:
         fit_frame_of(measurement, 0, ask)
     assert "leave --hint" in refused.value.remedy
+    found = fit_frame_of(measurement, 0, FitRequest(made, window=0.2))
+    assert found.verdict == "good"
+    assert found.chi2_per_dof < 1.1
+    assert any("begins in any state" in note for note in found.notes)
+    assert any("thread.toml" in note for note in found.notes)
+
+
+def test_without_a_calibration_there_is_no_rotor(library, tmp_path):
+    made = tilted(library)
+    volts = write_minimal(tmp_path / "volts.h5", {"/calibration/sensitivity": None})
     with pytest.raises(InputError, match="cannot be used here") as refused:
-        fit_frame_of(measurement, 0, FitRequest(made))
-    assert "geometry" in refused.value.why
+        fit_frame_of(VoltageMeasurement.of(open_recording(volts)), 0, FitRequest(made))
+    assert "calibration" in refused.value.remedy

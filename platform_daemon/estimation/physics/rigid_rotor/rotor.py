@@ -50,6 +50,19 @@ from .swing import accelerations, swing
 LIMITS = THRESHOLDS.rigid_rotor
 DOWN_M_PER_S2 = (0.0, 0.0, -9.81)  # world axes
 EMPTY: Array = np.zeros(0)
+STARTS = (
+    "start_angle_rad",
+    "start_speed_rad_per_s",
+    "start_place_u",
+    "start_place_v",
+    "start_place_u_per_s",
+    "start_place_v_per_s",
+    "start_lean_u_rad",
+    "start_lean_v_rad",
+    "start_lean_u_rad_per_s",
+    "start_lean_v_rad_per_s",
+)
+"""Of RotorValues, the state in which the drive finds the rotor."""
 
 
 class NoRestError(ValueError):
@@ -106,6 +119,10 @@ class CoilDrive:
     lag_s: float = LIMITS.drive_lag_s
 
 
+NO_DRIVE = CoilDrive(field_t=(0.0, 0.0, 0.0), frequency_hz=0.0, phase_rad=0.0, duration_s=0.0, rx_start_s=0.0)
+"""A motion that begins with its first sample."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class RotorValues:
     """All parameters of one shot in SI.
@@ -116,7 +133,10 @@ class RotorValues:
     displacement as in fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's
     moment against the thread or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes;
     turn_*_rad: rotation vector by which it is turned, in u, v, w; drive_size: times the stated field; drive_delay_s: of
-    the samples; start_*: of the swing at the start of the drive.
+    the samples; start_angle_rad, start_speed_rad_per_s: of the swing at the start of the drive; start_place_*,
+    start_lean_*: of the side modes there, the held point's displacement over its link along u and v, and the rotation
+    of the rotor about u and v, each from rest, with their rates; a jewel rolls, so that its place tells the rate of its
+    lean.
     """
 
     f_nat_hz: float
@@ -138,6 +158,19 @@ class RotorValues:
     drive_delay_s: float = 0.0
     start_angle_rad: float = 0.0
     start_speed_rad_per_s: float = 0.0
+    start_place_u: float = 0.0
+    start_place_v: float = 0.0
+    start_place_u_per_s: float = 0.0
+    start_place_v_per_s: float = 0.0
+    start_lean_u_rad: float = 0.0
+    start_lean_v_rad: float = 0.0
+    start_lean_u_rad_per_s: float = 0.0
+    start_lean_v_rad_per_s: float = 0.0
+
+    @property
+    def start(self) -> dict[str, float]:
+        """In which the drive finds the rotor, by name."""
+        return {name: getattr(self, name) for name in STARTS}
 
     def with_numbers(self, numbers: Mapping[str, float]) -> RotorValues:
         """The same with other numbers, by name."""
@@ -256,16 +289,26 @@ class RigidRotor:
         raise NoRestError("magnets, bearing and gravity balance nowhere near the main axis")
 
     def start(self) -> Array:
-        """The state (STATES,) in which the drive finds it: at rest, or in a swing that is left over.  NoRestError."""
+        """The state (STATES,) in which the drive finds it: at rest, or in a motion that is left over.  NoRestError."""
         y, v = self.rest(), self.values
-        if v.start_angle_rad == 0.0 and v.start_speed_rad_per_s == 0.0:
+        if not any(v.start.values()):
             return y
-        axis = np.array([-y[0], -y[1], math.sqrt(1.0 - y[0] ** 2 - y[1] ** 2)])
-        if self.geometry.bearing == "thread":
-            axis = y[AXIS : AXIS + 3].copy()
+        jewel = self.geometry.bearing == "jewel"
+        y[:4] += v.start_place_u, v.start_place_v, v.start_place_u_per_s, v.start_place_v_per_s
+        if not math.hypot(y[0], y[1]) < LIMITS.rest_farthest:
+            raise NoRestError(f"the rotor begins {math.hypot(y[0], y[1]):.3g} of its link beside the main axis")
+        lean = rotation_from_rodrigues(np.array([v.start_lean_u_rad, v.start_lean_v_rad, 0.0]))
+        link = np.array([-y[0], -y[1], math.sqrt(1.0 - y[0] ** 2 - y[1] ** 2)])
+        axis = link if jewel else lean @ y[AXIS : AXIS + 3]
         turn = rotation_from_rodrigues(axis * v.start_angle_rad)
-        y[MOMENT : MOMENT + 3] = turn @ y[MOMENT : MOMENT + 3]
+        y[MOMENT : MOMENT + 3] = turn @ lean @ y[MOMENT : MOMENT + 3]
         y[OMEGA:] = axis * v.start_speed_rad_per_s
+        if jewel:
+            rate = self.geometry.link_m * np.array([y[2], y[3], (y[0] * y[2] + y[1] * y[3]) / link[2]])
+            y[OMEGA:] += np.cross(link, rate) / self.geometry.radius_m
+        else:
+            y[AXIS : AXIS + 3] = axis
+            y[OMEGA : OMEGA + 2] += v.start_lean_u_rad_per_s, v.start_lean_v_rad_per_s
         return y
 
     def tolerances(self) -> Array:

@@ -79,11 +79,12 @@ export async function get(path, { slow = false, signal } = {}) {
 
 /**
  * Sends JSON, and returns what is answered.  Raises Problem.  It is never repeated by itself.
- * @param {"POST" | "PUT" | "DELETE"} method @param {string} path @param {any} [body] @returns {Promise<any>}
+ * @param {"POST" | "PUT" | "DELETE"} method @param {string} path @param {any} [body] @param {Record<string, string>} [more] headers
+ * @returns {Promise<any>}
  */
-export async function send(method, path, body = {}) {
+export async function send(method, path, body = {}, more = {}) {
   const options = method === "DELETE" ? { method } : { method, body: JSON.stringify(body) };
-  const headers = { "Content-Type": "application/json" };
+  const headers = { "Content-Type": "application/json", ...more };
   const answer = await request(path, { ...options, headers }, COMPUTED_MS);
   const text = await answer.text();
   return text ? JSON.parse(text) : null;
@@ -94,9 +95,9 @@ export async function getPageFile(name) {
   return (await fetch(new URL(name, document.baseURI))).json();
 }
 
-/** Downloads a path as a file, with the token that a link could not send. @param {string} path @param {string} name */
-export async function download(path, name) {
-  const blob = await (await request(path, { headers: { Accept: "*/*" } }, COMPUTED_MS)).blob();
+/** Downloads a path as a file, with the token that a link could not send. @param {string} path @param {string} name @param {string} [type] */
+export async function download(path, name, type = "*/*") {
+  const blob = await (await request(path, { headers: { Accept: type } }, COMPUTED_MS)).blob();
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);
   link.download = name;

@@ -51,6 +51,12 @@ export function significant(value, digits = 6) {
   return String(Number(value.toPrecision(digits)));
 }
 
+/** A value with its expanded uncertainty, to two digits of it. @param {number} value @param {number} expanded @param {string} unit */
+export function reading(value, expanded, unit) {
+  const places = Math.min(100, Math.max(0, 1 - Math.floor(Math.log10(expanded))));
+  return `(${value.toFixed(places)} ± ${expanded.toFixed(places)})\u00a0${unit}`;
+}
+
 /** So many significant digits, also where the last are zeros: for what stands in a column. @param {number | null | undefined} value @param {number} digits */
 export function digits(value, digits) {
   return value === null || value === undefined || !Number.isFinite(value) ? "–" : value.toPrecision(digits);

@@ -157,12 +157,14 @@ function askForToken() {
   form.addEventListener("submit", async (/** @type {Event} */ event) => {
     event.preventDefault();
     setToken(input.value.trim());
+    const before = document.body.dataset.role;
     const who = await loadCaller().catch((error) => ({ refused: error.message, role: null }));
     if (who.role) {
       dialog.close();
       dialog.remove();
       refresh();
-      route();
+      if (who.role === before) reload(); // a form that was being filled in stays
+      else route();
     } else message.textContent = who.refused ?? "It is not accepted.";
   });
   dialog.addEventListener("cancel", (/** @type {Event} */ event) => event.preventDefault());

@@ -3,7 +3,7 @@ import { get, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
 import { definitionOf, heading, parameter, plain, significant, stateOf, uncertain, when } from "../format.js";
 import { pathOfJob } from "../live.js";
-import { jobActions, mayGovern, openReport } from "./job_actions.js";
+import { jobActions, mayGovern, reportButton } from "./job_actions.js";
 
 export const title = "Diagnosis";
 
@@ -37,7 +37,7 @@ async function showOne(root, id) {
       })),
       table("What to measure next", ["What", "Expected / σ"], r.next_measurements.map((/** @type {any} */ each) => [each.what, significant(each.expected_sigma, 3)]), "nothing"),
       r.integrity.length > 0 && table("What is wrong with the data", ["What"], r.integrity.map((/** @type {any} */ each) => [each.what ?? each.id ?? JSON.stringify(each)])),
-      buttons, h("p", { class: "buttons" }, actionButton("Open the report", () => openReport(`diagnoses/${id}`))), r.effects.length > 0 && adoption(id));
+      buttons, h("p", { class: "buttons" }, reportButton(`diagnoses/${id}`)), r.effects.length > 0 && adoption(id));
   }
   await load();
   return { load, concerns: (/** @type {any} */ what) => what.job === id };

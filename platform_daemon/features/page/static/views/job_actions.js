@@ -1,6 +1,6 @@
 // Buttons of a job: pause, resume, cancel, answer, again.
-import { request, send } from "../api.js";
-import { actionButton, h } from "../dom.js";
+import { download, send } from "../api.js";
+import { actionButton } from "../dom.js";
 import { pathOfJob, refresh } from "../live.js";
 
 /** May this tab start and change jobs?  The daemon checks it in any case. */
@@ -35,9 +35,7 @@ export function jobActions(job, after = () => {}) {
   ].filter(Boolean);
 }
 
-/** The page of a report needs the token, which a link could not send. @param {string} path of its job */
-export async function openReport(path) {
-  const blob = await (await request(`${path}/report`, { headers: { Accept: "text/html" } })).blob();
-  const link = h("a", { href: URL.createObjectURL(blob), download: `${path.split("/").at(-1)}.html` });
-  link.click();
+/** A button for the page of a job's report. @param {string} path of the job */
+export function reportButton(path) {
+  return actionButton("Download the report", () => download(`${path}/report`, `${path.split("/").at(-1)}.html`, "text/html"));
 }

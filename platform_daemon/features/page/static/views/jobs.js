@@ -3,7 +3,7 @@ import { get, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
 import { duration, plain, stateOf, when } from "../format.js";
 import { live, pathOfJob, refresh } from "../live.js";
-import { jobActions, mayOperate, openReport } from "./job_actions.js";
+import { jobActions, mayOperate, reportButton } from "./job_actions.js";
 
 export const title = "Jobs";
 const PAGE = 30;
@@ -100,7 +100,7 @@ async function showJob(root, id) {
       ["Warnings", job.warnings.join("; ")],
       ["Waits for you", job.question],
       ...simple.map(([key, value]) => /** @type {[string, any]} */ ([plain(key), String(value)])),
-    ]), h("p", { class: "buttons" }, jobActions(job, load), result.recording && h("a", { href: `#/series/${id}` }, "Shots"), job.kind === "diagnosis" && h("a", { href: `#/diagnosis/${id}` }, "Report"), job.links.report && job.kind === "reproduction" && actionButton("Open the report", () => openReport(pathOfJob(id))), job.request.kind === "ramp" && h("a", { href: `#/ramp/${id}` }, "Ramp"), h("a", { href: `#/start/again/${id}` }, "Again")),
+    ]), h("p", { class: "buttons" }, jobActions(job, load), result.recording && h("a", { href: `#/series/${id}` }, "Shots"), job.kind === "diagnosis" && h("a", { href: `#/diagnosis/${id}` }, "Report"), job.links.report && job.kind === "reproduction" && reportButton(pathOfJob(id)), job.request.kind === "ramp" && h("a", { href: `#/ramp/${id}` }, "Ramp"), h("a", { href: `#/start/again/${id}` }, "Again")),
     h("details", {}, h("summary", {}, "What was asked for"), h("pre", { class: "scroll", tabindex: 0 }, JSON.stringify(job.request, null, 2))));
   }
   await load();

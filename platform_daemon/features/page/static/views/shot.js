@@ -1,7 +1,7 @@
 // Last shot: three channels with the fit, the residual in standard deviations, the spectrum, the parameters.
 import { get, request } from "../api.js";
 import { errorBox, facts, fill, h, oneAtATime, table } from "../dom.js";
-import { definitionOf, duration, parameter, plain, significant } from "../format.js";
+import { definitionOf, duration, parameter, plain, reading, significant } from "../format.js";
 import { COLOURS, Plot } from "../plot.js";
 
 export const title = "Last shot";
@@ -36,6 +36,8 @@ export async function show(root, parts) {
       fill(why, h("p", {}, "A shot appears here as soon as one is on disk. ", h("a", { href: "#/start" }, "Start a series")));
       return;
     }
+    /** @type {any} */
+    let reads = null;
     const base = `recordings/${encodeURIComponent(place.recording)}/frames/${place.frame}`;
     fill(heading, `Frame ${place.frame}`);
     fill(walk, h("a", { href: `#/series/${place.recording}` }, place.recording), neighbours(place, follows));
@@ -43,11 +45,11 @@ export async function show(root, parts) {
     const points = to - from <= SHORT_S ? SAMPLES : POINTS;
     fill(zoomed, h("span", {}, Number.isFinite(to) || from > 0 ? `From ${significant(from, 4)} s to ${significant(to, 4)} s ` : "Drag in the picture of the signal to zoom: finer data are loaded. "), zoomButtons());
     try {
-      await showOnlineFit(place, numbers, why);
+      reads = await showOnlineFit(place, numbers, why);
       drawExtremes(plots[0], await request(`${base}/dmdt.f32?points=${points}&${stretch}`, { headers: { Accept: "*/*" } }), zoom);
       const found = await get(`${base}/plot?points=${points}&${stretch}`, { slow: true });
       drawFit(plots, found, zoom);
-      drawNumbers(numbers, found.fit);
+      drawNumbers(numbers, found.fit, reads);
       if (why.querySelector(".hint")) fill(why, found.fit.verdict === "good" ? null : h("p", { class: "error" }, `No fit: ${found.fit.reason}`));
     } catch (error) {
       fill(why, errorBox(error), gone(error));
@@ -92,15 +94,16 @@ function neighbours({ recording, frame }, newest) {
   ];
 }
 
-/** The fit that was made when the shot came, which is there at once. @param {{recording: string, frame: number}} place @param {HTMLElement} numbers @param {HTMLElement} why */
+/** The fit that was made when the shot came, which is there at once; with what a sensor reads. @param {{recording: string, frame: number}} place @param {HTMLElement} numbers @param {HTMLElement} why */
 async function showOnlineFit({ recording, frame }, numbers, why) {
   fill(why, h("p", { class: "hint" }, "Loading …"));
-  if (!recording.startsWith("acquisition-")) return;
+  if (!recording.startsWith("acquisition-")) return null;
   const page = await get(`acquisitions/${recording}/shots?after=${frame}&limit=1`).catch(() => null);
   const shot = page?.items.find((/** @type {any} */ each) => each.frame === frame);
-  if (!shot) return;
-  if (shot.fit) drawNumbers(numbers, shot.fit);
+  if (!shot) return null;
+  if (shot.fit) drawNumbers(numbers, shot.fit, shot.measurand);
   if (shot.verdict !== "good") fill(why, h("p", { class: "error" }, `This shot was refused: ${shot.reason}`));
+  return shot.measurand;
 }
 
 /** The newest shot that is on disk. @returns {Promise<{recording: string, frame: number}>} */
@@ -168,8 +171,8 @@ function drawFit([signal, residual, spectrum], found, zoom) {
   });
 }
 
-/** @param {HTMLElement} place @param {any} fit */
-function drawNumbers(place, fit) {
+/** @param {HTMLElement} place @param {any} fit @param {any} reads what a sensor reads, if it is one */
+function drawNumbers(place, fit, reads) {
   const rows = Object.entries(fit.parameters).map(([name, estimate]) => {
     const { symbol, display_unit: unit, description } = definitionOf(name);
     return [h("abbr", { title: description }, symbol), parameter(name, /** @type {any} */ (estimate)), unit || "1"];
@@ -177,6 +180,7 @@ function drawNumbers(place, fit) {
   const chi2 = fit.chi2_per_dof;
   fill(
     place,
+    reads && h("p", { class: "large" }, reads.value === null ? `${reads.name} cannot be read: ${reads.reason}` : `${reads.name} ${reading(reads.value, reads.U, reads.unit)}`),
     h("h2", {}, "Parameters"),
     table("Standard deviation in brackets, at the last digits", ["Parameter", "Value", "Unit"], rows, `none: ${fit.reason ?? "no fit"}`),
     facts([

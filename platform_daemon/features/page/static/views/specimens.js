@@ -1,7 +1,7 @@
 // Specimens: facts, field limits, presets, models, and the trend with control limits and named changes.
 import { get, getList, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
-import { definitionOf, degrees, heading, microtesla, significant, when } from "../format.js";
+import { definitionOf, degrees, heading, microtesla, reading, significant, when } from "../format.js";
 import { Plot } from "../plot.js";
 import { mayOperate } from "./job_actions.js";
 
@@ -43,6 +43,7 @@ async function showOne(root, name) {
   trend.notes.length > 0 && h("ul", {}, trend.notes.map((/** @type {string} */ note) => h("li", {}, note))));
   changes.append(table("What the temperature does, as far as the points tell", ["Quantity", "Coefficient / 10⁻⁶ K⁻¹"], trend.charts.filter((/** @type {any} */ chart) => chart.relative_per_k !== null).map((/** @type {any} */ chart) => [
     h("abbr", { title: definitionOf(chart.quantity).description }, definitionOf(chart.quantity).symbol), `${significant(1e6 * chart.relative_per_k, 3)} ± ${significant(1e6 * chart.relative_per_k_std, 2)}${chart.quantity.startsWith("rodrigues") ? " (of rad)" : ""}`]), "not known yet"));
+  if (trend.measurand) changes.append(newestReading(trend));
   if (trend.changes.some((/** @type {any} */ each) => each.stands)) changes.append(accept(path));
   const times = trend.points.map((/** @type {any} */ point) => Date.parse(point.at));
   const span_ms = Math.max(...times) - times[0];
@@ -52,8 +53,27 @@ async function showOne(root, name) {
     fill(pictures, h("p", {}, "Trends are drawn from the second recording on."));
     return;
   }
-  const plots = trend.charts.flatMap((/** @type {any} */ chart) => draw(pictures, chart, { x: since, xLabel: `${unit} since the first point` }, trend.points));
+  const axis = { x: since, xLabel: `${unit} since the first point` };
+  const plots = [...drawReadings(pictures, trend.measurand, axis), ...trend.charts.flatMap((/** @type {any} */ chart) => draw(pictures, chart, axis, trend.points))];
   return { close: () => plots.forEach((/** @type {Plot} */ plot) => plot.close()) };
+}
+
+/** What a sensor has read last. @param {any} trend */
+function newestReading({ measurand, points }) {
+  const k = measurand.value.findLastIndex((/** @type {number | null} */ each) => each !== null);
+  return h("p", { class: "large" }, k < 0 ? `${measurand.name} cannot be read at any point.` : `${measurand.name} ${reading(measurand.value[k], measurand.U[k], measurand.unit)}, ${when(points[k].at)}, by ${measurand.calibration}`);
+}
+
+/** Readings with their expanded uncertainty. @param {HTMLElement} pictures @param {any} measurand @param {{x: number[], xLabel: string}} axis */
+function drawReadings(pictures, measurand, axis) {
+  if (!measurand) return [];
+  const end = (/** @type {number} */ sign) => measurand.value.map((/** @type {number | null} */ each, /** @type {number} */ k) => (each === null ? null : each + sign * measurand.U[k]));
+  const place = h("div");
+  pictures.append(place);
+  const plot = new Plot(place);
+  plot.draw({ ...axis, title: `${measurand.name} by ${measurand.calibration}, with U (95 %)`, yLabel: `${measurand.name} / ${measurand.unit}`, lines: [
+    { label: measurand.name, values: measurand.value, points: true }, { label: "+ U", values: end(1), colour: "#d55e00" }, { label: "− U", values: end(-1), colour: "#d55e00" }] });
+  return [plot];
 }
 
 /** @param {HTMLElement} pictures @param {any} chart @param {{x: number[], xLabel: string}} axis @param {any[]} points */

@@ -49,6 +49,8 @@ export async function show(root, parts) {
   const check = h("button", { type: "submit", class: dryRun ? "main" : "" }, "Check (dry run)");
   const start = h("button", { type: "button", class: "main", disabled: dryRun }, edits ? "Change the job" : "Start");
   let checked = "";
+  let asked = "";
+  let key = "";
   let busy = false;
   let sent = false;
 
@@ -75,6 +77,14 @@ export async function show(root, parts) {
     }
   }
 
+  /** The same key for the same request: where its answer was lost, Start again leads to the job that has begun. @param {any} body */
+  function keyOf(body) {
+    const text = JSON.stringify(body);
+    if (text !== asked) key = Array.from(crypto.getRandomValues(new Uint32Array(4)), (part) => part.toString(16)).join("-");
+    asked = text;
+    return key;
+  }
+
   const element = h("form", { novalidate: true, onsubmit: (/** @type {Event} */ event) => {
     event.preventDefault();
     if (!dryRun) return;
@@ -99,7 +109,8 @@ export async function show(root, parts) {
     if (dryRun && JSON.stringify(form.read()) !== checked) start.disabled = true;
   } }, form.element, dryRun && h("p", { class: "buttons" }, check), message, plan, h("p", { class: "buttons" }, start));
   start.addEventListener("click", () => once(start, async () => {
-    const made = edits ? await send("PUT", pathOfJob(id), form.read()) : await send("POST", path, form.read());
+    const body = form.read();
+    const made = edits ? await send("PUT", pathOfJob(id), body) : await send("POST", path, body, { "Idempotency-Key": keyOf(body) });
     sent = true;
     start.disabled = check.disabled = true;
     refresh();

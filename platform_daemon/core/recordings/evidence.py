@@ -1,4 +1,4 @@
-"""Which data a diagnosis rests on, so that anybody can repeat it."""
+"""Which data a result rests on, so that anybody can repeat it."""
 
 from __future__ import annotations
 

@@ -1,0 +1,55 @@
+"""Tuned numbers of the rotor with manufacturing errors, as ../thresholds.py explains them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigidBody:
+    """When a motion leaves its plane, and when a manufacturing error explains it."""
+
+    plane_sigma: float = 8.0  # of the power along the main axis, in every shot [noise: 1e-15]
+    plane_hint_sigma: float = 2.5  # the same where one angle leaves more than noise [noise: 6e-3]
+    plane_rate: float = 8.0  # samples per period that are left: side modes and three harmonics [unset]
+    plane_from: float = 0.3  # of f_nat, from which on the noise's level is read [unset]
+    plane_points: int = 24  # frequencies at which it is read [unset]
+    plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
+    start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
+    start_m: float = 1e-4  # displacement, likewise [unset]
+    near_rad: float = 0.1  # between the orientation of one angle and the declared one, up to which they are one [unset]
+    upright_rad: float = 1.4  # of a main axis from the vertical, up to which it is meant to be so [unset]
+    # The grid where it is further
+    largest_rad: float = 0.055  # largest tilt [unset]
+    largest_m: float = 3.5e-4  # largest displacement [unset]
+    grid_sizes: int = 10  # sizes of each sign [unset]
+    # f_nat above the main mode over the square of the size that a tilt would have [unset]
+    grid_softening: tuple[float, ...] = (0.0, 1.5, 3.0, 4.5)
+    grid_moments: tuple[float, ...] = (0.65, 0.7, 0.75, 0.8, 0.85, 0.9)  # m_r over the stator's by the drawing [unset]
+    grid_side_damping_per_s: tuple[float, ...] = (5.0, 20.0)  # 1/s of side modes [unset]
+    grid_settled: int = 20  # of each kind whose state at the first sample is fitted, where no drive is known [unset]
+    grid_kept: int = 4  # points of each kind from which fits begin [unset]
+    # 1/s, lambda at the start, least and most: that of one angle takes what goes to side modes and slip [unset]
+    damping_per_s: tuple[float, float] = (0.05, 0.1)
+    jewel_softening: float = 4.0  # fall of a jewel's main mode over f_nat and the square of the stator's tilt [physics]
+    side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]
+    # m/s of slip below which a jewel's contact creeps, held: free, it trades with the losses [physics]
+    creep_m_per_s: float = 2e-3
+    sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
+    jewel_distance_from_s: float = 0.5  # s of a window from which on a jewel's distance is free [unset]
+    same_sigma: float = 1.0  # standard deviations by which two sizes of one error are the same minimum [unset]
+    # of the swing at its start: below, where a jewel's contact sticks and slips, a rotor tells nothing more [unset]
+    kept_swing: float = 0.03
+    swing_periods: float = 10.0  # periods of a stretch in which the swing's size is read [unset]
+    exchange_window_s: float = 0.4  # s in which an error takes the place of another one [unset]
+    exchange_parts: int = 4  # in which it does so [unset]
+    free_start_periods: float = 2.0  # of a motion of which no drive is known, in which its start is sought [unset]
+    free_start_phases: int = 24  # of the swing, which are tried [unset]
+    free_start_sizes: tuple[float, ...] = (0.85, 0.93, 1.0, 1.07, 1.15)  # over that which the power tells [unset]
+    start_phases: int = 8  # of a swing that is left of the shot before, at which a fit begins [unset]
+    like_first_sigma: float = 3.0  # of chi2/dof of another shot's short window, up to which a start is right [unset]
+    explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
+    sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
+    doubtful_sigma: float = 5.0  # of a drive's size and delay, and of chi2/dof, beyond which it is left out [unset]
+    worth_sigma: float = 1.0  # by which a measurement would part look-alikes, at least; less is none [digits]
+    equal_chi2: float = 1.0  # difference of chi^2 by which an error is not preferred to a simpler one [noise: 0.3]

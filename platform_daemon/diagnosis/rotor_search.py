@@ -1,0 +1,73 @@
+"""The search for a rotor of five degrees of freedom, before that for effects of one angle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_THRESHOLDS
+
+from .findings.rotor_findings import leaves_noise
+from .regression.hypothesis import Hypothesis
+from .regression.joint_fit import JointFit, fit_jointly
+from .rigid_body.defects import ManufacturingError, manufacturing_error
+from .rigid_body.plane_test import PlaneTest
+from .shots.shot import PreparedShot
+from .thresholds import THRESHOLDS
+
+_LIMITS = THRESHOLDS.rigid_body
+_FIT_LIMITS = FIT_THRESHOLDS.rigid_rotor
+
+
+def rotor_of(
+    prepared: Sequence[PreparedShot], model: RingDownModel, plane: PlaneTest, pool: Executor
+) -> tuple[JointFit, ManufacturingError] | None:
+    """The declared model's fit, and the manufacturing error that explains what it cannot; None if none does."""
+    if any(s.shot.rotor is None for s in prepared):
+        return None
+    try:
+        declared = fit_jointly(prepared, Hypothesis(model), pool)
+    except (LostTrajectoryError, np.linalg.LinAlgError):
+        return None
+    if not plane.leaves and is_quiet(declared):
+        return None
+    rotor = manufacturing_error(declared, pool)
+    if plane.leaves and (rotor is None or _drive_is_doubtful(rotor)):
+        known = [s for s in prepared if s.shot.rotor is not None and s.shot.rotor.drive is not None]
+        freed = replace(declared, prepared=tuple(map(_without_drive, declared.prepared)))
+        free = manufacturing_error(freed, pool) if known else None
+        if free is not None and (rotor is None or sum(free.fit.chi2) < sum(rotor.fit.chi2)):
+            declared, rotor = freed, free
+    return None if rotor is None or not (plane.leaves or leaves_noise(rotor)) else (declared, rotor)
+
+
+def _drive_is_doubtful(rotor: ManufacturingError) -> bool:
+    """Its size or its delay is far from what the recording says, or it leaves more than noise."""
+    level = 1.0 + _LIMITS.doubtful_sigma * math.sqrt(2.0 / sum(rotor.fit.dof))
+    if rotor.fit.chi2_per_dof > level:
+        return True
+    return any(
+        abs(v.drive_size - 1.0) > _LIMITS.doubtful_sigma * _FIT_LIMITS.drive_size_sd
+        or abs(v.drive_delay_s) > _LIMITS.doubtful_sigma * _FIT_LIMITS.drive_delay_sd_s
+        for v in rotor.fit.values
+    )
+
+
+def _without_drive(prepared: PreparedShot) -> PreparedShot:
+    """A shot whose recorded drive may be wrong."""
+    known = prepared.shot.rotor
+    assert known is not None
+    said = "the recorded drive does not explain the motion, so that each motion begins in any state"
+    rotor = replace(known, drive=None, assumed=(*known.assumed, said))
+    return replace(prepared, shot=replace(prepared.shot, rotor=rotor))
+
+
+def is_quiet(fit: JointFit) -> bool:
+    """One angle leaves hardly more than noise."""
+    return fit.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
