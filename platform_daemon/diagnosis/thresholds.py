@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from .rigid_body.thresholds import RigidBody
+from .rotor_thresholds import RigidBody
 
 
 @dataclass(frozen=True, kw_only=True)

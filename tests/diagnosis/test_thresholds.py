@@ -11,7 +11,7 @@ from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from tests.kit.data import ROOT
 
 PACKAGE = ROOT / "platform_daemon/diagnosis"
-SOURCES_OF_NUMBERS = (PACKAGE / "thresholds.py", PACKAGE / "rigid_body/thresholds.py")
+SOURCES_OF_NUMBERS = (PACKAGE / "thresholds.py", PACKAGE / "rotor_thresholds.py")
 OTHERS = sorted(set(PACKAGE.rglob("*.py")) - {*SOURCES_OF_NUMBERS})
 
 PLAIN_FLOATS = {0.0, 0.5, 1.0, 2.0, 1e-300}  # factors of formulas, and the guard against a division by 0

@@ -88,7 +88,7 @@ def characterise_request(
         },
         "held_in_n50": held,
         "tune": campaign.tune,
-        "ramp": fields if campaign.ramp else None,
+        "ramp": fields if campaign.finds_field else None,
     }
     return validated(CharacteriseRequest, keys, "reproduce")
 

@@ -63,6 +63,11 @@ class Campaign(Schema):
     quick: bool
     """The ramps began at 80 % of the paper's field, and had larger steps."""
 
+    @property
+    def finds_field(self) -> bool:
+        """By a ramp."""
+        return self.ramp
+
 
 class ReproductionRequest(QueuedRequest):
     """The paper's campaign: both resonators, and each of its numbers beside the measured one."""

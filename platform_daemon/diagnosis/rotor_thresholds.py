@@ -1,4 +1,4 @@
-"""Tuned numbers of the rotor with manufacturing errors, as ../thresholds.py explains them."""
+"""Tuned numbers of the rotor with manufacturing errors, as thresholds.py explains them."""
 
 from __future__ import annotations
 
