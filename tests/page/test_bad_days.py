@@ -192,6 +192,27 @@ def test_a_start_whose_answer_was_lost_leads_to_the_job_that_has_begun(browse, d
     expect(page.get_by_role("link", name=asked[0])).to_be_visible()
 
 
+def test_a_button_that_is_pressed_twice_does_no_second_thing(browse, daemon):
+    page = browse().page
+    open_view(page, "schedules")
+    page.get_by_text("Add a schedule of a series").click()
+    page.get_by_label("Name", exact=True).fill("once")
+    page.get_by_label("Sample", exact=True).fill("J-01")
+    add = page.get_by_role("button", name="Add the schedule")
+    add.click()
+    expect(page.get_by_text("The schedule is active.")).to_be_visible()
+    add.click()
+    row = page.locator(".schedules tr", has=page.get_by_role("link", name="once", exact=True))
+    row.get_by_role("button", name="Pause").click()
+    row.get_by_role("button", name="Resume").hover()
+    page.mouse.down(click_count=2)  # of a double click, after the first has made Resume of Pause
+    page.mouse.up(click_count=2)
+    page.reload()
+    expect(row).to_contain_text("off")
+    (made,) = (each for each in daemon.get("/schedules").json()["items"] if each["request"]["name"] == "once")
+    daemon.delete(f"/schedules/{made['id']}")
+
+
 def test_a_tab_that_is_hidden_gives_the_stream_away_and_is_right_when_it_is_shown_again(browse, daemon):
     visited = browse()
     first = visited.page

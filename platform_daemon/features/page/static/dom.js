@@ -162,8 +162,8 @@ export function errorBox(error) {
 export function actionButton(text, action, attributes = {}) {
   const button = h("button", { type: "button", "data-key": text, ...attributes }, text);
   const message = h("span", { class: "inline-error", role: "alert" });
-  button.addEventListener("click", async () => {
-    if (button.disabled) return;
+  button.addEventListener("click", async (/** @type {MouseEvent} */ event) => {
+    if (button.disabled || event.detail > 1) return; // the second click of two may hit what has come in its place
     button.disabled = true;
     message.textContent = "";
     try {

@@ -99,19 +99,18 @@ const CLOCK = new Intl.DateTimeFormat(undefined, { timeStyle: "medium" });
 
 /** Date and time of an ISO 8601 string. @param {string | null | undefined} iso */
 export function when(iso) {
-  if (!iso) return "–";
-  const date = new Date(iso);
-  if (Number.isNaN(date.getTime())) return iso;
-  const today = date.toDateString() === new Date().toDateString();
-  return h_time(iso, (today ? CLOCK : DATE).format(date));
-}
-
-/** @param {string} iso @param {string} text */
-function h_time(iso, text) {
+  if (!iso || Number.isNaN(Date.parse(iso))) return iso || "–";
   const element = document.createElement("time");
   element.dateTime = iso;
-  element.textContent = text;
+  element.textContent = whenText(iso);
   return element;
+}
+
+/** The same as text. @param {string} iso */
+export function whenText(iso) {
+  const date = new Date(iso);
+  const today = date.toDateString() === new Date().toDateString();
+  return (today ? CLOCK : DATE).format(date);
 }
 
 /** Now, to the second. */

@@ -133,6 +133,7 @@ function newSchedule(after) {
     event.preventDefault();
     once(async () => {
       await send("POST", "schedules", request_());
+      /** @type {HTMLInputElement} */ (form.elements.namedItem("name")).value = ""; // pressed again, it adds no second one
       preview.replaceChildren(h("p", { class: "good", role: "status" }, "The schedule is active."));
       await after();
     });

@@ -1,7 +1,7 @@
 // Specimens: facts, field limits, presets, models, and the trend with control limits and named changes.
 import { get, getList, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
-import { definitionOf, degrees, heading, microtesla, reading, significant, when } from "../format.js";
+import { definitionOf, degrees, heading, microtesla, reading, significant, when, whenText } from "../format.js";
 import { Plot } from "../plot.js";
 import { mayOperate } from "./job_actions.js";
 
@@ -80,7 +80,7 @@ function drawReadings(pictures, measurand, axis) {
 function draw(pictures, chart, axis, points) {
   const factor = definitionOf(chart.quantity).display_factor;
   const scaled = (/** @type {(number | null)[]} */ values) => values.map((v) => (v === null ? null : v * factor));
-  const xText = (/** @type {number} */ x) => points[axis.x.indexOf(x)]?.at.slice(0, 16).replace("T", " ") ?? String(x);
+  const xText = (/** @type {number} */ x) => whenText(points[axis.x.indexOf(x)].at);
   const onPick = (/** @type {number} */ k) => { location.hash = `#/recordings/${points[k].recording}`; };
   const shared = { ...axis, xText, onPick };
   const places = [h("div"), h("div")];
