@@ -19,6 +19,7 @@ from .findings.negligible_effects import NegligibleEffect, negligible_effects
 from .findings.next_measurements import Proposal, proposals
 from .findings.notes import notes, two_in_place_notes, undecided
 from .findings.rotor_findings import (
+    assumed_notes,
     leaves_less,
     leaves_noise,
     may_be_a_rotor,
@@ -178,13 +179,12 @@ def _diagnose(
     if plane is not None and plane.may_leave and (solved := rotor_of(swings, model, plane, pool)) is not None:
         declared, rotor = solved
         of_rotor = _of_rotor(declared, plane, rotor, pool, searched=False)
-        of_shots = [prepared.shot for prepared in declared.prepared]
         return replace(
             of_rotor,
             shots=tuple(shots),
             refused=tuple(hopeless),
             integrity=(*defects, *flawed, *gaps),
-            notes=(*remarks, *test(None), *plane_notes(plane, of_shots), *of_rotor.notes),
+            notes=(*remarks, *test(None), *plane_notes(plane, shots), *of_rotor.notes),
             seconds=time.perf_counter() - began_s,
         )
     if not prepared:
@@ -345,7 +345,10 @@ def _of_rotor(
         torque=None,
         moving=moving_parameters(base, pool),
         next_measurements=worth_measuring(ways),
-        notes=rotor_notes(rotor, ways, searched=searched),
+        notes=(
+            *assumed_notes([prepared.shot for prepared in base.prepared]),
+            *rotor_notes(rotor, ways, searched=searched),
+        ),
         seconds=0.0,
         plane=plane,
         rotor=rotor,

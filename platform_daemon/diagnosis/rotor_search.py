@@ -38,10 +38,10 @@ def rotor_of(
     if not plane.leaves and is_quiet(declared):
         return None
     rotor = manufacturing_error(declared, pool)
-    if plane.leaves and (rotor is None or _drive_is_doubtful(rotor)):
-        known = [s for s in prepared if s.shot.rotor is not None and s.shot.rotor.drive is not None]
+    driven = any(s.shot.rotor is not None and s.shot.rotor.drive is not None for s in prepared)
+    if driven and plane.leaves and (rotor is None or _drive_is_doubtful(rotor)):
         freed = replace(declared, prepared=tuple(map(_without_drive, declared.prepared)))
-        free = manufacturing_error(freed, pool) if known else None
+        free = manufacturing_error(freed, pool)
         if free is not None and (rotor is None or sum(free.fit.chi2) < sum(rotor.fit.chi2)):
             declared, rotor = freed, free
     return None if rotor is None or not (plane.leaves or leaves_noise(rotor)) else (declared, rotor)
@@ -62,7 +62,8 @@ def _drive_is_doubtful(rotor: ManufacturingError) -> bool:
 def _without_drive(prepared: PreparedShot) -> PreparedShot:
     """A shot whose recorded drive may be wrong."""
     known = prepared.shot.rotor
-    assert known is not None
+    if known is None or known.drive is None:
+        return prepared
     said = "the recorded drive does not explain the motion, so that each motion begins in any state"
     rotor = replace(known, drive=None, assumed=(*known.assumed, said))
     return replace(prepared, shot=replace(prepared.shot, rotor=rotor))

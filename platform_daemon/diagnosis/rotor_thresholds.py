@@ -33,7 +33,7 @@ class RigidBody:
     damping_per_s: tuple[float, float] = (0.05, 0.1)
     jewel_softening: float = 4.0  # fall of a jewel's main mode over f_nat and the square of the stator's tilt [physics]
     side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]
-    # m/s of slip below which a jewel's contact creeps, held: free, it trades with the losses [physics]
+    # m/s of slip below which a jewel's contact creeps, at the start [unset]
     creep_m_per_s: float = 2e-3
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
     jewel_distance_from_s: float = 0.5  # s of a window from which on a jewel's distance is free [unset]

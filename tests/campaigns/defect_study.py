@@ -141,21 +141,27 @@ def shot_of(case: Case, rx_s: float, *, driven: bool) -> tuple[DiagnosisShot, di
     (shot,) = play(bench.backend, specimen, program, shots=1, lna_gain=GAIN)
     record, noise = calibrated_record(bench, shot.volts), SeriesNoise()
     noise.learn(record)
-    drive = CoilDrive(
-        field_t=(1e-6 * case.field_ut, 0.0, 0.0),
-        frequency_hz=PERIODS * CLOCK.rate_hz / TX,
-        phase_rad=0.0,
-        duration_s=TX / CLOCK.rate_hz,
-        rx_start_s=(TX + SWITCH) / CLOCK.rate_hz,
-    )
-    if driven:
-        turned = rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad))
-        known = RotorContext(geometry=rotor_geometry(specimen), drive=drive, rotation=turned)
-    else:
+    known = driven_context(specimen, case)
+    if not driven:
         known = RotorContext(geometry=rotor_geometry(load_specimen(case.bearing)[0]), drive=None, rotation=None)
     model, sensitivity = noise.for_shot(record).model, np.asarray(bench.calibration.sensitivity)
     assert model is not None
     return DiagnosisShot("shot", record, model, sensitivity, rotor=known), shot.truth
+
+
+def driven_context(specimen: Specimen, case: Case) -> RotorContext:
+    """What a recording of such a shot tells of rotor and drive."""
+    return RotorContext(
+        geometry=rotor_geometry(specimen),
+        drive=CoilDrive(
+            field_t=(1e-6 * case.field_ut, 0.0, 0.0),
+            frequency_hz=PERIODS * CLOCK.rate_hz / TX,
+            phase_rad=0.0,
+            duration_s=TX / CLOCK.rate_hz,
+            rx_start_s=(TX + SWITCH) / CLOCK.rate_hz,
+        ),
+        rotation=rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad)),
+    )
 
 
 def outcome(case: Case, rx_s: float, *, driven: bool) -> Outcome:

@@ -15,22 +15,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from drivers.specimen import Specimen
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import estimate_noise
 from platform_daemon.estimation.one_angle_error import with_one_angle_error
 from platform_daemon.estimation.physics.models import model_named
-from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
-from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
-from platform_daemon.estimation.rotor_fit.shot import RotorContext
 from platform_daemon.estimation.screening.windows import Window
 from platform_daemon.features.fit.calibrated import calibrated_signal
 from platform_daemon.features.fit.known_weight import weight_over_pull
-from platform_daemon.features.fit.rotor_context import rotor_geometry
-from tests.campaigns.defect_study import CONSTANTS, SURE, Case, drawn, resonator_text
-from tests.kit.simulated_bench import CLOCK, SWITCH, TX, Bench
+from tests.campaigns.defect_study import CONSTANTS, SURE, Case, drawn, driven_context, resonator_text
+from tests.kit.simulated_bench import CLOCK, Bench
 
 PERIODS = 10  # of the drive
 WINDOWS: tuple[Window, ...] = ("n50", "d30")
@@ -64,7 +58,7 @@ def fits(case: Case, rx_s: float) -> Iterator[Fitted]:
     volts = bench.shot(1e-6 * case.field_ut, rx=samples, chunk=samples, periods=PERIODS)[:, -samples:]
     truth = bench.truth()
     signal = calibrated_signal(volts, CLOCK.rate_hz, bench.calibration)
-    record, noise, known = signal.record, estimate_noise(signal.record), context(specimen, case)
+    record, noise, known = signal.record, estimate_noise(signal.record), driven_context(specimen, case)
     for window in WINDOWS:
         for law in LAWS if case.bearing == "jewel" else LAWS[1:2]:
             model = model_named(case.bearing).under_weight(0.0 if law == LAWS[2] else weight_over_pull(specimen))
@@ -74,21 +68,6 @@ def fits(case: Case, rx_s: float) -> Iterator[Fitted]:
             found = {name: fit.parameters[name] for name in CONSTANTS if name in fit.parameters}
             off = {name: (e.value - truth[name]) / e.std for name, e in found.items() if e.std is not None}
             yield Fitted(case, window, law, fit.window_s, fit.chi2_per_dof, off, fit.reason)
-
-
-def context(specimen: Specimen, case: Case) -> RotorContext:
-    """What a recording of such a shot would tell of rotor and drive."""
-    return RotorContext(
-        geometry=rotor_geometry(specimen),
-        drive=CoilDrive(
-            field_t=(1e-6 * case.field_ut, 0.0, 0.0),
-            frequency_hz=PERIODS * CLOCK.rate_hz / TX,
-            phase_rad=0.0,
-            duration_s=TX / CLOCK.rate_hz,
-            rx_start_s=(TX + SWITCH) / CLOCK.rate_hz,
-        ),
-        rotation=rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad)),
-    )
 
 
 def row(found: Fitted) -> str:

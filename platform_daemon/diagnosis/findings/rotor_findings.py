@@ -144,7 +144,11 @@ def plane_notes(plane: PlaneTest | None, shots: Sequence[DiagnosisShot]) -> tupl
         f"the motion leaves its plane in every shot: along the main axis stands {size} % of the signal, "
         "which one angle cannot hold"
     )
-    known = [s.rotor for s in shots if s.rotor is not None]
-    if len(known) < len(shots):
-        return (f"{text}; its cause is sought only where the bearing, thread or jewel, and a calibration are known",)
-    return (text, *dict.fromkeys(assumed for rotor in known for assumed in rotor.assumed))
+    known = all(s.rotor is not None for s in shots)
+    unsought = "; its cause is sought only where the bearing, thread or jewel, and a calibration are known"
+    return (text if known else f"{text}{unsought}",)
+
+
+def assumed_notes(shots: Sequence[DiagnosisShot]) -> tuple[str, ...]:
+    """What a rotor takes for known that the recordings do not tell."""
+    return tuple(dict.fromkeys(said for s in shots if s.rotor is not None for said in s.rotor.assumed))

@@ -61,10 +61,11 @@ class RotorContext:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RotorShot:
-    """A ring-down after a known drive.
+    """A ring-down after a known drive, or from a free start.
 
     samples: dm/dt, (3, n) A m^2/s, world axes, the first one `drive.rx_start_s` after the start of the drive; sd: (3,)
-    of white noise; values: start values; declared: (3, 3) orientation as the recording states it.
+    of white noise; values: start values; declared: (3, 3) orientation as the recording states it; start: in which state
+    the motion begins, "free" with NO_DRIVE.
     """
 
     samples: Array

@@ -44,7 +44,7 @@ class RigidRotorThresholds:
     # What one angle leaves out: one_angle_error
     usual_side_damping_per_s: float = tuned(5.0, "1/s", "of side modes where no fit tells it", STUDY)
     usual_creep_m_per_s: float = tuned(
-        2e-3, "m/s", "slip below which a jewel's contact creeps, which no fit tells from the losses", STUDY
+        2e-3, "m/s", "slip below which a jewel's contact creeps where no fit tells it", STUDY
     )
 
     # Least squares: rotor_fit

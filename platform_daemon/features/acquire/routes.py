@@ -98,7 +98,7 @@ def get_shots(identifier: JobId, context: Shared, after: After = 0, limit: Limit
 
 def _read(page: ShotPage, job: JobView, context: Context) -> ShotPage:
     """With what the shots read, if their resonator is calibrated as a sensor and the catalogue still has it."""
-    from platform_daemon.features.measurand.online import NewestCalibrations, with_readings
+    from platform_daemon.features.measurand.online import newest_calibrations, with_readings
 
     if not page.items or not context.folders.measurands.is_dir():
         return page
@@ -106,7 +106,7 @@ def _read(page: ShotPage, job: JobView, context: Context) -> ShotPage:
         specimen, _ = context.catalogue.resonators.load(job.request.resonator)
     except ConfigError:
         return page
-    return with_readings(page, specimen.name, NewestCalibrations(context.folders.measurands))
+    return with_readings(page, specimen.name, newest_calibrations(context.folders.measurands))
 
 
 def _stored_shots(job: JobView, context: Context, after: int, limit: int) -> ShotPage:

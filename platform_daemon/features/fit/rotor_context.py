@@ -10,7 +10,6 @@ from drivers.specimen import Specimen
 from platform_daemon.core.recordings.recording import Recording
 from platform_daemon.core.settings import load_specimen
 from platform_daemon.design.equations import magnetic_moment
-from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive, RotorGeometry
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
 from platform_daemon.estimation.rotor_fit.shot import RotorContext
@@ -22,27 +21,22 @@ BEARINGS = ("thread", "jewel")
 
 def rotor_context(recording: Recording, frame: int) -> RotorContext | None:
     """Of one frame; None if the recording declares no resonator, or was not driven by a sine."""
-    specimen, drive = declared_specimen(recording), _drive(recording, frame)
-    if specimen is None or drive is None:
-        return None
-    swinging = recording.frame_info[frame].shot > 1
-    return RotorContext(
-        geometry=rotor_geometry(specimen), drive=drive, rotation=_declared_rotation(specimen), swinging=swinging
-    )
+    found = assumed_rotor_context(recording, frame, "")
+    return None if found is None or found.assumed else found
 
 
 def assumed_rotor_context(recording: Recording, frame: int, bearing: str) -> RotorContext | None:
     """The same for recordings that do not tell all of it: with the geometry of the shipped resonator with this bearing
     in the place of an unknown one, and a free start in the place of an unknown drive; None for another bearing."""
     specimen, drive, assumed = declared_specimen(recording), _drive(recording, frame), list[str]()
-    rotation = None if specimen is None else _declared_rotation(specimen)
+    rotation = None if specimen is None else rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad))
     if drive is None:
         assumed.append("no drive by a sine is known, so that each motion begins in any state")
     if specimen is None:
         if bearing not in BEARINGS:
             return None
         specimen, _ = load_specimen(bearing)
-        assumed.append(f"no resonator is declared, whose magnets and bearing are taken for those of {bearing}.toml")
+        assumed.append(f"no resonator is declared: magnets and bearing are taken for those of {bearing}.toml")
     swinging = recording.frame_info[frame].shot > 1
     return RotorContext(
         geometry=rotor_geometry(specimen), drive=drive, rotation=rotation, swinging=swinging, assumed=tuple(assumed)
@@ -64,10 +58,6 @@ def _drive(recording: Recording, frame: int) -> CoilDrive | None:
         duration_s=step.tx_samples / sequence.rate_hz,
         rx_start_s=(step.tx_samples + step.switch_samples) / sequence.rate_hz,
     )
-
-
-def _declared_rotation(specimen: Specimen) -> Array:
-    return rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad))
 
 
 def rotor_geometry(specimen: Specimen) -> RotorGeometry:

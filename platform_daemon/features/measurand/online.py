@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from datetime import datetime
+from functools import lru_cache
 from pathlib import Path
 
 from drivers.errors import PlatformError
@@ -37,6 +38,12 @@ class NewestCalibrations:
             self._newest = {each.specimen: each for each in ordered}
             self._seen_ns = changed_ns
         return self._newest.get(specimen)
+
+
+@lru_cache(maxsize=4)
+def newest_calibrations(folder: Path) -> NewestCalibrations:
+    """Of a folder, for all who ask."""
+    return NewestCalibrations(folder)
 
 
 def reading_of(

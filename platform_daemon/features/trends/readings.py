@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime
 from pathlib import Path
 
-from platform_daemon.features.measurand.online import NewestCalibrations, reading_of
+from platform_daemon.features.measurand.online import newest_calibrations, reading_of
 
 from .indexed import indexed_specimen
 from .schema import TrendMeasurand, TrendReport
@@ -22,7 +22,8 @@ def with_measurand(report: TrendReport, recordings: Path, measurands: Path) -> T
     charts = [chart for chart in report.charts if chart.quantity == _READ]
     if not charts or not measurands.is_dir():
         return report
-    made = NewestCalibrations(measurands).of(next(iter(indexed_specimen(recordings, report.specimen).resonators), ""))
+    resonator = next(iter(indexed_specimen(recordings, report.specimen).resonators), "")
+    made = newest_calibrations(measurands).of(resonator)
     if made is None:
         return report
     values: list[float | None] = []

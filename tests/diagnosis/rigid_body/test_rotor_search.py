@@ -1,0 +1,45 @@
+"""A recording whose drive is not the one that was played."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from platform_daemon.diagnosis.findings.rotor_findings import assumed_notes
+from platform_daemon.diagnosis.rigid_body.plane_test import plane_test
+from platform_daemon.diagnosis.rotor_search import rotor_of
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.physics.models import THREAD
+from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.rotor_fit.shot import RotorContext
+from tests.kit.estimated_rotors import true_rotor
+from tests.kit.rigid_rotors import rigid_specimen
+
+RATE_HZ, SAMPLES = 12000.0, 6000
+SD = np.array([14e-3, 21e-3, 55e-3])
+DRIVE = CoilDrive(field_t=(2.2e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=0.047, rx_start_s=0.058)
+TILT_RAD = 0.012
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("said", "doubted"),
+    [(DRIVE, False), (replace(DRIVE, field_t=(4.4e-4, 0.0, 0.0), frequency_hz=205.0, phase_rad=1.57), True)],
+)
+def test_a_recorded_drive_that_was_not_played_is_left_out_and_the_tilt_is_right(said, doubted):
+    rotor = true_rotor(rigid_specimen("thread", [0.0, 0.0, -9.81], 22.0, defects={"stator_tilt_rad": TILT_RAD}), DRIVE)
+    noise = np.random.default_rng(4).normal(size=(3, SAMPLES)) * SD[:, None]
+    record = RingDownRecord(rotor.dm_dt(SAMPLES, RATE_HZ)[0] + noise, RATE_HZ, "dmdt")
+    known = RotorContext(geometry=rotor.geometry, drive=said, rotation=rotor.values.rotation)
+    shot = DiagnosisShot("a.h5 frame 0", record, NoiseModel.white(SD, RATE_HZ), rotor=known)
+    prepared, _ = initial_fits([shot], THREAD, None)
+    with ThreadPoolExecutor(2) as pool:
+        declared, found = rotor_of(prepared, THREAD, plane_test(prepared), pool)
+    value, std = found.strength, found.std
+    assert abs(value - TILT_RAD) < 4 * std < 0.1 * TILT_RAD
+    notes = assumed_notes([p.shot for p in declared.prepared])
+    assert [("recorded drive" in note) for note in notes] == [True] * doubted
