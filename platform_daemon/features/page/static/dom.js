@@ -30,18 +30,43 @@ function append(element, children) {
   }
 }
 
+/** What is to stand in elements that are pressed just now, each with its content. @type {Map<Element, Element>} */
+const held = new Map();
+/** @type {Element | null} */ let pressed = null;
+
+/** @param {Event} event */
+function press(event) {
+  if (!(event instanceof KeyboardEvent) || event.key === " ") pressed = /** @type {Element} */ (event.target);
+}
+
+/** Lets go of what was pressed, after the click that follows. */
+function release() {
+  setTimeout(() => {
+    pressed = null;
+    for (const [element, made] of held) replace(element, made);
+    held.clear();
+  });
+}
+
+for (const name of ["pointerdown", "keydown"]) addEventListener(name, press, true);
+for (const name of ["pointerup", "pointercancel", "keyup", "blur"]) addEventListener(name, release);
+
 /**
  * Gives an element other content.  What can be the same stays: the focus, an opened detail, and what need not be drawn
- * anew.
+ * anew.  While something in it is pressed it stays as it is, since a button that is replaced between the press and the
+ * release gets no click.
  * @param {Element} element @param {...(Child | Child[])} children
  */
 export function fill(element, ...children) {
   const made = document.createElement("div");
   append(made, children);
-  if (!hasListeners(made) && !hasListeners(element)) {
-    become(element, made);
-    return;
-  }
+  if (!hasListeners(made) && !hasListeners(element)) become(element, made);
+  else if (pressed && element.contains(pressed)) held.set(element, made);
+  else replace(element, made);
+}
+
+/** Replaces the children of an element; the focus goes to what has come in its place. @param {Element} element @param {Element} made */
+function replace(element, made) {
   const focused = document.activeElement;
   const key = focused && element.contains(focused) ? focused.getAttribute("data-key") : null;
   element.replaceChildren(...made.childNodes);
