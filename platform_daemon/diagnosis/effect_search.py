@@ -13,6 +13,7 @@ from platform_daemon.estimation.physics.models import RingDownModel
 
 from .effects.additive import zero_drifts
 from .effects.effect import Candidate
+from .effects.kick import KICK
 from .effects.receiver import receiver_candidates
 from .effects.torque import (
     drift_candidate,
@@ -63,11 +64,22 @@ def selected_effects(
 
 
 def _leaves_less(one: Selection, other: Selection) -> bool:
-    """True if one leaves only noise, and significantly less than the other, in units of this noise."""
+    """True if one, with gaps, leaves only noise, and significantly less than the other, in units of this noise.
+
+    Where the other needs a kick that one does not, as much is enough: a lost sample changes the phase at an instant as
+    a kick does, with a whole number in place of a free strength.
+    """
     if one.best.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof:
         return False
     left = [sum(float(np.sum(unpredicted(s.best, k) ** 2)) for k in range(len(s.best.linear))) for s in (one, other)]
-    return left[0] * (1.0 + THRESHOLDS.selection.model_gap_chi2 / one.best.dof) < left[1]
+    limits = THRESHOLDS.selection
+    in_place = _count_of_kicks(one) < _count_of_kicks(other)
+    least = -limits.told_apart_chi2 if in_place else limits.model_gap_chi2
+    return left[0] * (1.0 + least / one.best.dof) < left[1]
+
+
+def _count_of_kicks(found: Selection) -> int:
+    return sum(c.effect is KICK for c in found.best.hypothesis.effects)
 
 
 def _effects(
