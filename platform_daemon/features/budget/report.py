@@ -42,16 +42,15 @@ def budget_text(report: BudgetReport) -> str:
 
 def temperature_lines(found: BudgetsReport) -> list[str]:
     """Of each quantity that a measured change of the temperature may have changed, while nobody has declared how."""
-    change_k = found.temperature_change_k
-    told = []
-    for each in found.budgets if change_k else ():
-        adds = [missing.would_add_per_unit for missing in each.not_declared if missing.name.startswith("temperature")]
-        if adds and adds[0] is not None:
+    change_k, told = found.temperature_change_k, []
+    for each in found.budgets:
+        missing = [one for one in each.not_declared if one.name.startswith("temperature")]
+        if change_k and missing and missing[0].would_add_per_unit is not None:
             unit = definition_of(each.quantity).unit
             told.append(
                 f"temperature: it changed by {change_k:.2g} K over the shots, and {each.quantity} perhaps by "
-                f"{adds[0] * change_k:.2g} {unit}, which is in the scatter; nobody has declared how it follows: write "
-                "temperature_coefficient_per_k into [uncertainty] of the resonator's file"
+                f"{missing[0].would_add_per_unit * change_k:.2g} {unit}, which is in the scatter; nobody has declared "
+                "how it follows: write temperature_coefficient_per_k into [uncertainty] of the resonator's file"
             )
     return told
 
