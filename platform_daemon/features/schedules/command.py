@@ -50,9 +50,10 @@ FailuresOption = Annotated[
     int, typer.Option("--max-failures", help="Failures in a row after which the schedule is suspended.")
 ]
 DATA = Path("data")
+_OF_WORK = "Give --work FILE with what belongs to the work itself, as --rx-s of `measure` or its sequence."
 
 
-@schedule_app.command()
+@schedule_app.command(epilog=_OF_WORK)
 def add(
     name: NameArgument,
     every_s: EveryOption = None,
@@ -81,7 +82,7 @@ def add(
     _say_at_once(every_s, start)
 
 
-@schedule_app.command()
+@schedule_app.command(epilog=_OF_WORK)
 def preview(
     every_s: EveryOption = None,
     cron: CronOption = None,
