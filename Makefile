@@ -189,9 +189,10 @@ coverage-campaign: install
 	$(BIN)/python -m tests.campaigns.uncertainty_coverage --page docs/evidence/uncertainty-coverage.md $(COVERAGE)
 	$(BIN)/python -m tests.evidence --measured uncertainty-coverage
 
-# Which distances of a rotor from the centre of its coils a budget names, as a table; `--page FILE` writes it.
+# Which distances of a rotor from the centre of its coils a budget names; `make off-centre OFF_CENTRE='--shots 1'` is a short one.
 off-centre: install
-	$(BIN)/python -m tests.campaigns.off_centre $(OFF_CENTRE)
+	$(BIN)/python -m tests.campaigns.off_centre --page docs/evidence/off-centre.md $(OFF_CENTRE)
+	$(BIN)/python -m tests.evidence --measured off-centre
 
 # `make fault-campaign FAULTS='--only "switch RX"'` is a short one; the journal lets an interrupted one go on.
 fault-campaign: install

@@ -198,7 +198,7 @@ def _run() -> int | None:
         return code
     except typer.TyperException as error:
         message = " ".join(getattr(error, "format_message", error.__str__)().split()).rstrip(".")
-        print(f"error: {message}. Remedy: see platform-daemon --help.", file=sys.stderr)
+        print(f"error: {message}. Remedy: {_remedy(error)}", file=sys.stderr)
         return 2
     except PlatformError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -209,6 +209,15 @@ def _run() -> int | None:
     except (KeyboardInterrupt, typer.Abort):
         print("interrupted; outputs are off", file=sys.stderr)
         return INTERRUPTED
+
+
+def _remedy(error: typer.TyperException) -> str:
+    """Of wrong arguments.  Where an option is not there that another command has, the epilog says where it belongs."""
+    context = getattr(error, "ctx", None)
+    epilog: str | None = None if context is None else context.command.epilog
+    if not epilog or not hasattr(error, "option_name"):
+        return "see platform-daemon --help."
+    return epilog[0].lower() + epilog[1:]
 
 
 @app.callback(invoke_without_command=True)

@@ -174,7 +174,8 @@ def fit_curve(curve: Curve, points: Points) -> CalibratedCurve:
     if n < wanted + 2:
         remedy = "record more, or choose a model with fewer parameters"
         why = "a scatter needs two more"
-        raise InputError(f"{n} pairs for {wanted} parameters", where="reference", why=why, remedy=remedy)
+        pairs = "1 pair" if n == 1 else f"{n} pairs"
+        raise InputError(f"{pairs} for {wanted} parameters", where="reference", why=why, remedy=remedy)
     if float(np.ptp(points.x)) == 0.0:
         remedy = "let the reference change while it is calibrated"
         raise InputError("the reference has one value only", where="reference", remedy=remedy)

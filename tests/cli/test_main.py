@@ -33,6 +33,7 @@ from tests.kit.command_line import QUICK, assert_one_line_error, here, run
         (("measure", *QUICK, "--out", "x.h5", "--shots", "-1"), "--shots"),
         (("measure", *QUICK, "--out", "x.h5", "--shots", "0"), "shots"),
         (("measure", *QUICK, "--out", "x.h5", "--sequence", "missing.toml"), "missing.toml"),
+        (("schedule", "add", "x", "--every-s", "9", "--resonator", "jewel", "--rx-s", "5"), "give --work FILE with"),
     ],
 )
 def test_bad_input_is_one_line_with_exit_code_2_and_leaves_nothing_behind(tmp_path, monkeypatch, arguments, word):

@@ -114,7 +114,7 @@ class AcquisitionResult(Schema):
 
 
 class ShotReading(Schema):
-    """What a resonator that is calibrated as a sensor reads by one shot."""
+    """What a resonator that is calibrated as a sensor reads by one shot, or by the mean of several."""
 
     name: str
     """The quantity in words."""

@@ -17,7 +17,7 @@ from platform_daemon.core.schemas.base import NoResult
 from platform_daemon.core.service.job_view import JobView
 from platform_daemon.core.service.submit_once import MOST_KEY
 
-from .context import JobId, Shared
+from .context import CONFIRMED, Confirmed, JobId, Shared
 from .network.routes import GuardedRoute
 from .own_thread import run_in_own_thread
 from .pages import NEXT, Paged
@@ -134,6 +134,46 @@ class JobRoutes:
             description=f"Another request in the place of that of {what} that waits; 409 once it has begun.",
             response_model=self._job,
             responses=problems(404, 409, 415, 422, 507),
+        )
+
+    def add_pause_routes(self, router: APIRouter, *, ends: str, resume: tuple[str, str], cut_off: bool = False) -> None:
+        """Pause and resume, of jobs that last long.
+
+        ends: when a pause ends the job; resume: summary and description of going on; cut_off: one that has ended early
+        is resumed, too, which may find its files in use or the disk full.
+        """
+        name = self.kind.name
+        refused = problems(404, 409, 415, 422)
+
+        def pause(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> Any:
+            return self.shown(context.hardware.pause(name, identifier))
+
+        def go_on(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> Any:
+            return self.shown(context.hardware.resume(name, identifier))
+
+        router.add_api_route(
+            "/{identifier}/pause",
+            pause,
+            methods=["POST"],
+            name=f"pause_{name}",
+            summary="Rest at the next safe point",
+            description="Rest after the shot under way, with outputs off, until it is resumed; other jobs run "
+            f"meanwhile.\n\n{ends}",
+            status_code=202,
+            response_model=self._job,
+            responses=refused,
+        )
+        summary, description = resume
+        router.add_api_route(
+            "/{identifier}/resume",
+            go_on,
+            methods=["POST"],
+            name=f"resume_{name}",
+            summary=summary,
+            description=description,
+            status_code=202,
+            response_model=self._job,
+            responses={**refused, **problems(423, 507)} if cut_off else refused,
         )
 
     def add_job_routes(self, router: APIRouter) -> None:

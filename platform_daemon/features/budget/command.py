@@ -57,7 +57,7 @@ def budget(
     from platform_daemon.features.fit.measurement import open_for_fit
 
     from .declared import declared_by
-    from .report import budget_text, off_centre_line
+    from .report import budget_text, off_centre_line, temperature_lines
     from .work import budgets_of, monte_carlo_of
     from .written import budget_report, budgets_report, one_report
 
@@ -91,6 +91,8 @@ def budget(
     print(f"{file}: {shots}{at}")
     for each in told:
         print(budget_text(each))
+    for line in temperature_lines(everything):
+        print(line)
     if everything.off_centre is not None:
         print(off_centre_line(everything.off_centre))
     if quantity == _ALL and everything.direction is not None:

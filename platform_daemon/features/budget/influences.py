@@ -59,7 +59,8 @@ class Situation:
     Attributes:
         fit, response: of one frame; response None: an uncalibrated or an angle record, which P does not reach.
         calibration, specimen, declared: as the recording says.
-        measured: day of the recording; temperature_c: mean of the thermometer, None: not measured.
+        measured: day of the recording; temperature_c: mean of the thermometer, temperature_change_k: its highest minus
+            its lowest reading, None: not measured.
     """
 
     fit: FitResult
@@ -69,6 +70,7 @@ class Situation:
     declared: DeclaredUncertainty
     measured: date
     temperature_c: float | None
+    temperature_change_k: float | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -97,23 +99,32 @@ def effects_of(given: Situation) -> tuple[Effect, ...]:
     return tuple(found)
 
 
+def certified_source(declared: Influence, key: str, measured: date, *, issued_later: bool = False) -> str:
+    """Where an influence is known from, in words, with its certificate.
+
+    key: where it is declared; measured: day of the recording; issued_later: a certificate may be younger than that.
+    Raises InputError for a certificate that was not valid on that day.
+    """
+    source = declared.source or key
+    if (paper := declared.certificate) is None:
+        return source
+    where = f"{key}: certificate {paper.number}"
+    remedy = "name a certificate that was valid then, or declare the influence without one and say how it is known"
+    if paper.valid_until is not None and measured > paper.valid_until:
+        what = f"expired on {paper.valid_until}; the recording was made on {measured}"
+        raise InputError(what, where=where, remedy=remedy)
+    if paper.date > measured and not issued_later:
+        raise InputError(f"issued on {paper.date}, after it was measured on {measured}", where=where, remedy=remedy)
+    return f"{source}, certificate {paper.number} of {paper.date}"
+
+
 def _known(given: Situation, key: str, name: str, value: float = 0.0) -> InputQuantity | None:
     """What is declared under a key.  Raises InputError for a certificate that does not hold."""
     declared: Influence | None = getattr(given.declared, key)
     if declared is None:
         return _by_calibration(given, name, value)
-    source = declared.source or f"[uncertainty] {key}"
-    if (paper := declared.certificate) is not None:
-        where = f"[uncertainty] {key}: certificate {paper.number}"
-        remedy = "name a certificate that was valid then, or declare the influence without one and say how it is known"
-        if paper.valid_until is not None and given.measured > paper.valid_until:
-            what = f"expired on {paper.valid_until}; the recording was made on {given.measured}"
-            raise InputError(what, where=where, remedy=remedy)
-        if paper.date > given.measured and key != "calibration_drift_per_year":
-            raise InputError(
-                f"issued on {paper.date}, after it was measured on {given.measured}", where=where, remedy=remedy
-            )
-        source = f"{source}, certificate {paper.number} of {paper.date}"
+    later = key == "calibration_drift_per_year"
+    source = certified_source(declared, f"[uncertainty] {key}", given.measured, issued_later=later)
     return InputQuantity(
         name=name,
         value=value,

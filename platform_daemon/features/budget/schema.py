@@ -139,6 +139,8 @@ class BudgetsReport(Schema):
     """Frames that the result is made of, from 0."""
     temperature_c: float | None
     """Their mean temperature, to which the values belong, degrees Celsius; null: not measured."""
+    temperature_change_k: float | None
+    """Highest minus lowest temperature of the frames, K; null: not measured."""
     budgets: tuple[BudgetReport, ...]
     """By parameter."""
     covariance: Covariance

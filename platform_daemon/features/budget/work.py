@@ -49,7 +49,8 @@ class ResultBudgets:
         budgets: in the order of the parameters; covariance: (m, m) of them, all influences included.
         rotation: (3, 3) covariance of a small rotation of the rotor's frame about the world axes, rad^2; cone_rad: half
             angle of a cone that contains a direction fixed to it, at the coverage; None: there is no orientation.
-        frames: that the result is made of; temperature_c: their mean, None: not measured.
+        frames: that the result is made of; temperature_c: their mean, temperature_change_k: by how much it changed over
+            them, None: not measured.
         off_centre: of the one shot, or of that in the middle; None: not tested.
     """
 
@@ -59,6 +60,7 @@ class ResultBudgets:
     cone_rad: float | None
     frames: tuple[int, ...]
     temperature_c: float | None
+    temperature_change_k: float | None = None
     off_centre: OffCentre | None = None
 
     def of(self, quantity: str) -> Budget:
@@ -322,6 +324,7 @@ def _situation(
         declared=said.under(declared),
         measured=day,
         temperature_c=fmean(temperatures) if temperatures else None,
+        temperature_change_k=max(temperatures) - min(temperatures) if temperatures else None,
     )
 
 
@@ -353,7 +356,7 @@ def budgets_by(
         back = np.linalg.inv(turned_to_rodrigues(told.values[places]))
         rotation = back @ covariance[np.ix_(places, places)] @ back.T
         cone = math.sqrt(-2.0 * math.log(1.0 - coverage) * float(np.linalg.eigvalsh(rotation)[-1]))  # chi^2 of two
-    return ResultBudgets(budgets, covariance, rotation, cone, frames, given.temperature_c)
+    return ResultBudgets(budgets, covariance, rotation, cone, frames, given.temperature_c, given.temperature_change_k)
 
 
 def _budget(

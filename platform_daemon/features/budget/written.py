@@ -100,6 +100,7 @@ def budgets_report(found: ResultBudgets, file: str) -> BudgetsReport:
         file=file,
         frames=found.frames,
         temperature_c=found.temperature_c,
+        temperature_change_k=found.temperature_change_k,
         budgets=tuple(map(budget_report, found.budgets)),
         covariance=_covariance(found),
         direction=_direction(found),

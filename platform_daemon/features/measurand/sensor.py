@@ -103,6 +103,16 @@ class Sensor:
             return told, outside or warmer
         raise self._outside(f_hz)
 
+    def place(self, f_hz: float, celsius: float | None) -> float:
+        """The measurand for a natural frequency, Hz, without its uncertainty, up to a width of the range outside of it.
+
+        celsius: temperature, degrees Celsius.  Raises InputError further outside, and where the temperature is missing.
+        """
+        made = self.calibration
+        second = None if made.temperature_c is None else self._temperature(celsius, extrapolate=True)[0]
+        width = made.valid_to - made.valid_from
+        return self.curve.inverse(f_hz, second, within=(made.valid_from - width, made.valid_to + width))
+
     def _budget(
         self,
         f_hz: float,

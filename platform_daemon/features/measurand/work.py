@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from statistics import fmean
 
@@ -13,6 +14,7 @@ from drivers.errors import InputError
 from drivers.specimen import Measurand, Specimen
 from platform_daemon import __version__
 from platform_daemon.core.recordings.evidence import file_digests
+from platform_daemon.features.budget.influences import certified_source
 from platform_daemon.uncertainty.calibration_curve import (
     CalibratedCurve,
     Points,
@@ -59,7 +61,8 @@ def calibrated(
     """The calibration of a specimen by readings of a reference.
 
     Raises InputError for too few pairs, a temperature that is to be corrected for and was not measured, a lag longer
-    than declared, and a curve that turns within its range, so that two values have the same frequency.
+    than declared, a certificate of the reference that was not valid then, and a curve that turns within its range, so
+    that two values have the same frequency.
     """
     longest = measurand.longest_lag_s
     usable = reference.covered(shots.times_s) & reference.covered(shots.times_s + longest)
@@ -118,7 +121,7 @@ def calibrated(
         drift_hz_per_day=_test(trend_in(found, points, days)),
         by_temperature_hz_per_k=by_temperature,
         cross_validation=_cross_validation(curve, points),
-        reference=_reference_u(measurand),
+        reference=_reference_u(measurand, float(times[-1])),
         resolution=found.scatter / abs(float(found.slope(middle)[0])),
         pairs=int(usable.sum()),
         dropped=int((~usable).sum()) + len(shots.refused),
@@ -166,12 +169,11 @@ def _curve(measurand: Measurand, points: Points) -> Curve:
     return named_curve(measurand.model)
 
 
-def _reference_u(measurand: Measurand) -> ReferenceU | None:
+def _reference_u(measurand: Measurand, last_s: float) -> ReferenceU | None:
+    """Raises InputError for a certificate that was not valid on the day of the last shot."""
     if (known := measurand.reference) is None:
         return None
-    source = known.source or "[measurand] reference"
-    if known.certificate is not None:
-        source += f", certificate {known.certificate.number} of {known.certificate.date}"
+    source = certified_source(known, "[measurand] reference", datetime.fromtimestamp(last_s, UTC).date())
     return ReferenceU(u=known.standard_uncertainty, distribution=known.distribution, source=source)
 
 

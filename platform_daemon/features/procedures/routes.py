@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from fastapi.responses import HTMLResponse
 
 from drivers.errors import InputError
-from platform_daemon.core.jobs.kinds import job_type
 from platform_daemon.core.service.job_view import JobView
-from platform_daemon.core.web.context import CONFIRMED, Confirmed, JobId, Shared
+from platform_daemon.core.web.context import JobId, Shared
 from platform_daemon.core.web.job_routes import PAGE, JobRoutes, page_of
 from platform_daemon.core.web.problems import problems
 from platform_daemon.core.web.ranged_file import RangedFile
@@ -48,33 +45,11 @@ def dry_run_procedure(body: AnyProcedureRequest, context: Shared) -> ProcedureSu
 
 
 PROCEDURES.add_job_routes(router)
-
-
-@router.post(
-    "/{identifier}/pause",
-    summary="Rest at the next safe point",
-    status_code=202,
-    response_model=job_type("procedure"),
-    responses=problems(404, 409, 415, 422),
+PROCEDURES.add_pause_routes(
+    router,
+    ends="A pause longer than `longest_pause_s` of the request ends the procedure.",
+    resume=("Go on after a pause", "Go on with the shots that are missing; nothing happens if it is not paused."),
 )
-def pause_procedure(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> Any:
-    """Rest after the shot under way, with outputs off, until it is resumed; other jobs run meanwhile.
-
-    A pause longer than `longest_pause_s` of the request ends the procedure.
-    """
-    return PROCEDURES.shown(context.hardware.pause("procedure", identifier))
-
-
-@router.post(
-    "/{identifier}/resume",
-    summary="Go on after a pause",
-    status_code=202,
-    response_model=job_type("procedure"),
-    responses=problems(404, 409, 415, 422),
-)
-def resume_procedure(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> Any:
-    """Go on with the shots that are missing; nothing happens if it is not paused."""
-    return PROCEDURES.shown(context.hardware.resume("procedure", identifier))
 
 
 @router.get(

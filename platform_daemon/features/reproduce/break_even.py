@@ -72,9 +72,9 @@ def expected_break_even(quantity: str) -> ExpectedBreakEven:
     )
 
 
-def smallest_thread_error_deg() -> float:
-    """Mean orientation error of the thread in N50 by the bound, were the paper's own noise white, deg."""
-    return _of_white_noise("thread", _OWN_AM2_PER_S)["orientation"]
+def smallest_error_deg(variant: str) -> float:
+    """Mean orientation error of a resonator in N50 by the bound, were the paper's own noise white, deg."""
+    return _of_white_noise(variant, _OWN_AM2_PER_S)["orientation"]
 
 
 @cache
@@ -89,7 +89,7 @@ def break_even_text() -> tuple[str, str]:
         f"fig:noise_plot (b): with the printed mean errors of 0.012 and 0.132 deg it is from "
         f"{tilt.level_am2_per_s:.2g} A m2/s on, printed is 0.54; for that the jewel's error would have to be "
         f"{tilt.jewel_needed:.2f} deg, or the thread's fits {tilt.thread_share:.2g} times the bound, which no unbiased "
-        f"fit can; the thread's printed 0.012 deg, too, lies below the {smallest_thread_error_deg():.3f} deg of white "
+        f"fit can; the thread's printed 0.012 deg, too, lies below the {smallest_error_deg('thread'):.3f} deg of white "
         f"noise of its 14, 21 and 55 mA m2/s",
     )
 

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from fastapi.responses import HTMLResponse
 
 from platform_daemon.core.jobs.job_registry import UnknownId
-from platform_daemon.core.jobs.kinds import job_type
 from platform_daemon.core.schemas.base import NoResult
 from platform_daemon.core.service.job_view import JobView
-from platform_daemon.core.web.context import CONFIRMED, Confirmed, JobId, Shared
+from platform_daemon.core.web.context import JobId, Shared
 from platform_daemon.core.web.job_routes import PAGE, JobRoutes, result_of
-from platform_daemon.core.web.problems import problems
 from platform_daemon.core.web.ranged_file import RangedFile
 
 
@@ -28,33 +24,15 @@ def _links(job: JobView) -> dict[str, str]:
 REPRODUCTIONS = JobRoutes("reproduction", _links)
 router = REPRODUCTIONS.router()
 REPRODUCTIONS.add_job_routes(router)
-
-
-@router.post(
-    "/{identifier}/pause",
-    summary="Rest at the next safe point",
-    status_code=202,
-    response_model=job_type("reproduction"),
-    responses=problems(404, 409, 415, 422),
+REPRODUCTIONS.add_pause_routes(
+    router,
+    ends="A pause of more than 8 hours ends it.",
+    resume=(
+        "Go on after a pause, or after it was cut off",
+        "Go on.  Of one that has ended early, a resonator that was measured whole stays, and the others are measured.",
+    ),
+    cut_off=True,
 )
-def pause_reproduction(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> Any:
-    """Rest after the shot under way, with outputs off, until it is resumed; other jobs run meanwhile.
-
-    A pause of more than 8 hours ends it.
-    """
-    return REPRODUCTIONS.shown(context.hardware.pause("reproduction", identifier))
-
-
-@router.post(
-    "/{identifier}/resume",
-    summary="Go on after a pause, or after it was cut off",
-    status_code=202,
-    response_model=job_type("reproduction"),
-    responses=problems(404, 409, 415, 422, 423, 507),
-)
-def resume_reproduction(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> Any:
-    """Go on.  Of one that has ended early, a resonator that was measured whole stays, and the others are measured."""
-    return REPRODUCTIONS.shown(context.hardware.resume("reproduction", identifier))
 
 
 @router.get("/{identifier}/report", summary="The page of a campaign", response_class=HTMLResponse, responses=PAGE)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from platform_daemon.core.service.proxy import PlatformServiceProxy
 
     from .contract import ScheduleService
-    from .schema import Schedule, ScheduleRequest
+    from .schema import LedgerRow, Schedule, ScheduleRequest
 
 schedule_app = typer.Typer(help="Schedules of a running daemon: work by the calendar, and the ledger of its starts.")
 DataOption = Annotated[Path, typer.Option("--data", help="Data folder of the daemon.")]
@@ -50,9 +50,10 @@ FailuresOption = Annotated[
     int, typer.Option("--max-failures", help="Failures in a row after which the schedule is suspended.")
 ]
 DATA = Path("data")
+_OF_WORK = "Give --work FILE with what belongs to the work itself, as --rx-s of `measure` or its sequence."
 
 
-@schedule_app.command()
+@schedule_app.command(epilog=_OF_WORK)
 def add(
     name: NameArgument,
     every_s: EveryOption = None,
@@ -81,7 +82,7 @@ def add(
     _say_at_once(every_s, start)
 
 
-@schedule_app.command()
+@schedule_app.command(epilog=_OF_WORK)
 def preview(
     every_s: EveryOption = None,
     cron: CronOption = None,
@@ -132,15 +133,18 @@ def ledger(
     force: ForceOption = False,
 ) -> None:
     """What became of each start, oldest first."""
+    from .readings import with_readings
+
     must_not_exist(json_file, force, ".json")
     must_not_exist(csv_file, force, ".csv")
     page = _daemon(data).page(_id(identifier, data), after, limit)
+    page = with_readings(page, data / "recordings", data / "measurands")
     write_json(json_file, page)
     write_csv(csv_file, page.items)
     for row in page.items:
         late = "" if row.late_s is None else f"  {row.late_s:.1f} s late"
-        what = f"{row.recording or row.job or ''}  {row.reason or ''}"
-        print(f"{row.number:>6}  {row.due}  {row.state:<8}{late}  {what}".rstrip())
+        what = f"{row.recording or row.job or ''}  {row.reason or ''}".rstrip()
+        print(f"{row.number:>6}  {row.due}  {row.state:<8}{late}  {what}{_read(row)}".rstrip())
     if page.next is not None:
         print(f"more: --after {page.items[-1].number}")
 
@@ -182,6 +186,16 @@ def mounted(
 
     request = validated(MountRequest, {"resonator": resonator, "by": by}, "mounted")
     print(f"{_proxy(data).set_mounted(request).resonator} is there")
+
+
+def _read(row: LedgerRow) -> str:
+    """What the recording of a row reads, if its resonator is a sensor."""
+    told = row.measurand
+    if told is None:
+        return ""
+    if told.value is None or told.U is None:
+        return f"  no {told.name}: {told.reason}"
+    return f"  {told.name} {told.value:.6g} {told.unit}, U = {told.U:.2g} {told.unit} (95 %)"
 
 
 def _say_at_once(every_s: float | None, start: str | None) -> None:

@@ -64,8 +64,14 @@ def get_schedule(identifier: ScheduleId, context: Shared) -> Schedule:
 
 @router.get("/{identifier}/ledger", summary="What became of each start", responses=problems(404, 422, 507))
 def get_ledger(identifier: ScheduleId, context: Shared, after: After = 0, limit: Limit = 100) -> LedgerPage:
-    """One row per due instant, oldest first, also of a schedule that was removed."""
-    return schedules(context).page(identifier, after, limit)
+    """One row per due instant, oldest first, also of a schedule that was removed.
+
+    A recording of a resonator that is calibrated as a sensor has what it reads.
+    """
+    from .readings import with_readings
+
+    found = schedules(context).page(identifier, after, limit)
+    return with_readings(found, context.folders.recordings, context.folders.measurands)
 
 
 @router.post("/{identifier}/pause", summary="Start nothing more", responses=COMMANDS)

@@ -8,7 +8,8 @@ from pydantic import ConfigDict, Field, create_model, model_validator
 from typing_extensions import TypeAliasType
 
 from platform_daemon.core.registry import Feature, job_features
-from platform_daemon.core.schemas.base import ListPage, Priority, Request, Schema, Window, example
+from platform_daemon.core.schemas.acquisitions import ShotReading
+from platform_daemon.core.schemas.base import Absent, ListPage, Priority, Request, Schema, Window, example
 from platform_daemon.core.schemas.recordings import Terms
 from platform_daemon.core.schemas.requests import ModelName
 from platform_daemon.core.schemas.text import OneLine
@@ -207,6 +208,9 @@ class LedgerRow(Schema):
     """Id of its job."""
     recording: str | None
     """Id of what it recorded."""
+    measurand: Absent[ShotReading] = None
+    """What that reads, by the mean of its shots; missing: its resonator is not calibrated as a sensor, or the recording
+    has no good fit or is not in the index yet."""
 
 
 class LedgerPage(ListPage[LedgerRow]):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import ConfigDict
 
-from platform_daemon.core.schemas.base import QueuedRequest, Schema, example
+from platform_daemon.core.schemas.base import Absent, QueuedRequest, Schema, example
 from platform_daemon.core.schemas.text import Line, Text
 
 
@@ -30,3 +30,5 @@ class SelfTestReport(Schema):
     """Gain by coil, relative to what is expected."""
     isolation_db: dict[str, float]
     """Isolation of the switch by coil, dB."""
+    date: Absent[str] = None
+    """When it was made, ISO 8601; missing: by an earlier version."""

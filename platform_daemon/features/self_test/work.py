@@ -162,6 +162,7 @@ class SelfTest:
             frequency_hz=self._frequency_hz,
             gain=dict(zip(axes, (own_heard / expected).tolist(), strict=True)),
             isolation_db=dict(zip(axes, (-20 * np.log10(own_heard / gains)).tolist(), strict=True)),
+            date=self._platform.clock.utc().isoformat(timespec="seconds"),
         )
 
 

@@ -31,13 +31,14 @@ class ChartAlarm:
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """score, ewma, limit: (n,), NaN while the chart learns; learned: what it holds the last points against; terms: X
-    (n, k)."""
+    """score, ewma, limit: (n,), NaN while the chart learns; learned: what it holds the last points against; std: (n,),
+    standard deviation of each point by that; terms: X (n, k)."""
 
     score: Array
     ewma: Array
     limit: Array
     learned: Learned
+    std: Array
     terms: Array
     alarm: ChartAlarm | None
 
@@ -57,7 +58,8 @@ def chart(y: Array, temperature_c: Array, run_length: float, shots: Kinds | None
     ewma = _ewma(scores)
     outside = np.flatnonzero(np.abs(ewma) > limit)
     if not outside.size:
-        return Chart(scores, ewma, limit, course.before(len(y)), terms, None)
+        learned = course.before(len(y))
+        return Chart(scores, ewma, limit, learned, learned.stds[kinds], terms, None)
     noticed = int(outside[0])
     since = _change(scores, noticed)
     learned = course.before(since)
@@ -66,7 +68,7 @@ def chart(y: Array, temperature_c: Array, run_length: float, shots: Kinds | None
     shown = np.flatnonzero(np.isfinite(scores))
     stands = bool(abs(ewma[shown[-1]]) > limit[shown[-1]])
     shift = float(np.nanmean(scores[since : noticed + 1]))
-    return Chart(scores, ewma, limit, learned, terms, ChartAlarm(since, noticed, stands, shift))
+    return Chart(scores, ewma, limit, learned, learned.stds[kinds], terms, ChartAlarm(since, noticed, stands, shift))
 
 
 def _ewma(scores: Array) -> Array:

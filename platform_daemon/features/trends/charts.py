@@ -16,6 +16,9 @@ from .points import Point, places_of, quantities, stretches
 from .prediction import Array, temperature_terms
 from .schema import TrendChart
 
+SENSED = "f_nat_hz"
+"""What a resonator that is calibrated as a sensor is read by: its chart is told in its unit, too."""
+
 
 @dataclass(frozen=True, eq=False)
 class ChartedStretch:
@@ -40,6 +43,11 @@ class ChartedStretch:
         """What the points before the change say of each point, as y."""
         learned = self.chart.learned
         return self.chart.terms @ learned.coefficients
+
+    def at_score(self, scores: Array) -> Array:
+        """Values (m,), in the unit of the quantity, that lie so many standard deviations beside what is expected."""
+        y = self.expected + scores * self.chart.std
+        return np.exp(y) if self.logarithmic else y
 
 
 def charted(points: Sequence[Point], points_to_false_alarm: float) -> list[ChartedStretch]:
@@ -77,6 +85,13 @@ def shown(
     def joined(parts: Sequence[Array]) -> tuple[float, ...]:
         return tuple(in_order(stretches_of, parts)[newest].tolist())
 
+    told = {}
+    if name == SENSED:
+        spans = {"smoothed": [each.chart.ewma for each in stretches_of], "high": limits, "low": [-x for x in limits]}
+        told = {
+            key: joined([each.at_score(x) for each, x in zip(stretches_of, scores, strict=True)])
+            for key, scores in spans.items()
+        }
     return TrendChart(
         quantity=name,
         value=tuple(point.values.get(name, np.nan) for point in points[newest]),
@@ -87,6 +102,7 @@ def shown(
         score=joined([each.chart.score for each in stretches_of]),
         ewma=joined([each.chart.ewma for each in stretches_of]),
         limit=joined(limits),
+        **told,
     )
 
 

@@ -12,7 +12,7 @@ from rich.table import Table
 from platform_daemon.core.command_line.csv_table import text_cell
 from platform_daemon.core.schemas.parameters import definition_of
 
-from .schema import TrendChart, TrendReport
+from .schema import TrendChart, TrendMeasurand, TrendReport
 
 
 def trend_text(report: TrendReport) -> str:
@@ -44,8 +44,20 @@ def _reading(report: TrendReport) -> list[str]:
         return []
     for value, u in zip(reversed(told.value), reversed(told.U), strict=True):
         if value is not None and u is not None:
-            return [f"{told.name}: {value:.6g} {told.unit}, U = {u:.2g} {told.unit} (95 %), by {told.calibration}"]
+            line = f"{told.name}: {value:.6g} {told.unit}, U = {u:.2g} {told.unit} (95 %), by {told.calibration}"
+            return [line, *_limits_read(told)]
     return [f"{told.name}: no point can be read by {told.calibration}"]
+
+
+def _limits_read(told: TrendMeasurand) -> list[str]:
+    """The control limits at the newest point, if the chart has any there."""
+    smoothed, low, high = told.smoothed[-1], told.low[-1], told.high[-1]
+    if smoothed is None or low is None or high is None:
+        return []
+    return [
+        f"{told.name}: weighted mean of the control chart {smoothed:.6g} {told.unit}, "
+        f"limits {low:.6g} to {high:.6g} {told.unit}"
+    ]
 
 
 def _row(chart: TrendChart) -> tuple[str, ...]:
@@ -96,6 +108,7 @@ def trend_csv(report: TrendReport) -> str:
     }
     if (told := report.measurand) is not None:
         columns[f"{told.name} [{told.unit}]"], columns[f"U of {told.name} [{told.unit}]"] = told.value, told.U
+        columns |= {f"{key} of {told.name} [{told.unit}]": getattr(told, key) for key in ("smoothed", "low", "high")}
     writer.writerow(["at", "recording", "shots", "temperature_c", *map(text_cell, columns), "clock"])
     for k, point in enumerate(report.points):
         values = [column[k] for column in columns.values()]

@@ -68,6 +68,13 @@ class TrendChart(Schema):
     """Exponentially weighted mean of the scores."""
     limit: tuple[FiniteOrNull, ...]
     """The chart is out of control where |ewma| is larger."""
+    smoothed: Absent[tuple[FiniteOrNull, ...]] = None
+    """Of f_nat_hz: ewma as a value at the temperature of the point, Hz, by what the chart has learned until now;
+    missing: of other quantities."""
+    low: Absent[tuple[FiniteOrNull, ...]] = None
+    """Lower control limit of `smoothed`, likewise, Hz."""
+    high: Absent[tuple[FiniteOrNull, ...]] = None
+    """Upper control limit of it, Hz."""
 
 
 class TrendChange(Schema):
@@ -107,6 +114,13 @@ class TrendMeasurand(Schema):
     """By the mean of the shots of the point, in the unit; null: nothing can be read."""
     U: tuple[FiniteOrNull, ...]
     """Expanded uncertainty, 95 %, in the unit; null: nothing can be read."""
+    smoothed: tuple[FiniteOrNull, ...]
+    """What the weighted mean of the control chart of f_nat_hz reads, in the unit; null: the chart learns, or nothing
+    can be read."""
+    low: tuple[FiniteOrNull, ...]
+    """Lower control limit of `smoothed`, in the unit."""
+    high: tuple[FiniteOrNull, ...]
+    """Upper control limit of it, in the unit."""
 
 
 class TrendReport(Schema):

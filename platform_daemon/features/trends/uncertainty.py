@@ -43,6 +43,7 @@ class _Worth:
     by_shots: dict[int, Mapping[str, Budget]] = field(default_factory=dict)
 
     def budget(self, quantity: str, shots: int) -> Budget | None:
+        """Of the mean of so many shots; None: the fits have no such parameter."""
         if shots not in self.by_shots:
             made = self.parts.budgets(COVERAGE, shots).budgets
             self.by_shots[shots] = {each.quantity: each for each in made}

@@ -80,3 +80,7 @@ def test_a_drift_of_the_temperature_without_a_coefficient_is_not_silent(measured
     done = here("budget", file)
     assert done.returncode == 0, done.stderr
     assert "not declared: temperature, per 1 K: adds 0.23" in done.stdout
+    (line,) = [line for line in done.stdout.splitlines() if line.startswith("temperature: it changed by ")]
+    assert "f_nat_hz perhaps by" in line
+    assert "write temperature_coefficient_per_k into [uncertainty]" in line
+    assert "temperature: it changed" not in here("budget", measured / "j.h5").stdout

@@ -2,12 +2,14 @@
 
 import json
 from dataclasses import replace
+from datetime import date
 
 import numpy as np
 import pytest
 
 from drivers.errors import InputError
 from drivers.specimen import Measurand
+from drivers.uncertainty import Certificate, Influence
 from platform_daemon.core.settings import load_specimen
 from platform_daemon.features.measurand.library import Measurands
 from platform_daemon.features.measurand.reference_file import Reference, read_reference
@@ -173,6 +175,15 @@ def test_too_few_pairs_and_none_at_all():
         calibrated("sensor", PRESSURE, shots, sensor.reference(START_S, START_S + 9e3), 1)
     with pytest.raises(InputError, match=r"no shot has a reading.*check zone"):
         calibrated("sensor", PRESSURE, shots, sensor.reference(START_S + 5 * DAY_S, START_S + 6 * DAY_S), 1)
+
+
+def test_a_certificate_of_the_reference_that_had_expired():
+    sensor = PressureSensor(7)
+    shots, _ = sensor.shots(START_S, 20, 900.0)
+    paper = {"number": "B1", "date": date(2020, 1, 1), "valid_until": date(2021, 1, 1)}
+    declared = PRESSURE.model_copy(update={"reference": Influence(u=0.05, certificate=Certificate(**paper))})
+    with pytest.raises(InputError, match=r"reference: certificate B1: expired on 2021-01-01.*valid then"):
+        calibrated("sensor", declared, shots, sensor.reference(START_S, START_S + 20e3), 1)
 
 
 LINE = "2026-03-01T00:0{}:00+00:00,{},{}"

@@ -1,7 +1,10 @@
 """Readings while shots are made: events, the alarm at a limit, numbers for Prometheus; and of a fit of the library."""
 
+import shutil
+from contextlib import closing
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
@@ -9,6 +12,7 @@ import platform_daemon as pd_
 from drivers.specimen import Measurand
 from platform_daemon.core.hardware.catalogue import open_catalogue
 from platform_daemon.core.recordings.indexed import IndexedPoint, IndexedRecording, IndexedSpecimen
+from platform_daemon.core.recordings.recording_index import open_index
 from platform_daemon.core.schemas.acquisitions import ShotPage, ShotReport
 from platform_daemon.core.schemas.events import FitEvent
 from platform_daemon.core.schemas.fits import ParameterEstimate, unfitted
@@ -19,7 +23,10 @@ from platform_daemon.features.alarms.rules import Rules
 from platform_daemon.features.measurand.library import Measurands
 from platform_daemon.features.measurand.online import NewestCalibrations, OnlineReadings, with_readings
 from platform_daemon.features.measurand.work import calibrated
+from platform_daemon.features.schedules.readings import with_readings as ledger_with_readings
+from platform_daemon.features.schedules.schema import LedgerPage, LedgerRow
 from platform_daemon.features.trends import readings as readings_of_trends
+from platform_daemon.features.trends.indexed import update_index
 from platform_daemon.features.trends.report import trend_csv, trend_text
 from platform_daemon.features.trends.trend import specimen_trend
 from tests.kit.pressure_sensor import PRESSURE, START_S, PressureSensor
@@ -140,26 +147,73 @@ def test_each_good_shot_of_a_sensor_has_what_it_reads(calibration, tmp_path):
 
 
 def test_a_trend_of_a_sensor_has_value_and_u_of_every_point(calibration, tmp_path, monkeypatch):
-    Measurands(tmp_path).add(calibration)
     pressures = [985.0, 995.0, 1005.0]
-    points = [
-        IndexedPoint(at=f"2026-06-0{k + 1}T00:00:00+00:00", shots=1 + 9 * k, temperature_c=22.0, field_t=None,
-                     values={"f_nat_hz": PressureSensor(0).f_hz(mbar, 22.0)})
-        for k, mbar in enumerate(pressures)
-    ]  # fmt: skip
+    report = _trend_of(pressures, calibration, tmp_path, monkeypatch)
+    told = report.measurand
+    for value, u, mbar in zip(told.value, told.U, pressures, strict=True):
+        assert value == pytest.approx(mbar, abs=u)
+    assert told.U[2] < 0.7 * told.U[0]  # a mean of nineteen shots scatters less than one
+    assert told.low == told.smoothed == told.high == (None, None, None)  # the chart learns
+    assert "pressure: 100" in trend_text(report)
+    assert "pressure [mbar],U of pressure [mbar]" in trend_csv(report)
+
+
+def test_the_control_chart_of_a_sensor_is_told_in_its_unit(calibration, tmp_path, monkeypatch):
+    """A standard deviation of the chart is that of the pressure here, because every frequency is that of a pressure."""
+    pressures = np.random.default_rng(3).normal(1000.0, 2.0, 40)
+    report = _trend_of(pressures.tolist(), calibration, tmp_path, monkeypatch)
+    told = report.measurand
+    (chart,) = [each for each in report.charts if each.quantity == "f_nat_hz"]
+    assert PressureSensor(0).f_hz(told.smoothed[-1], 22.0) == pytest.approx(chart.smoothed[-1], abs=0.02)
+    middle = 0.5 * (told.low[-1] + told.high[-1])
+    assert middle == pytest.approx(pressures.mean(), abs=1.0)
+    half = 0.5 * (told.high[-1] - told.low[-1])
+    assert half / chart.limit[-1] == pytest.approx(pressures.std(), rel=0.2)
+    assert (told.smoothed[-1] - middle) / half == pytest.approx(-chart.ewma[-1] / chart.limit[-1], abs=0.05)  # f falls
+    assert f"limits {told.low[-1]:.6g} to {told.high[-1]:.6g} mbar" in trend_text(report)
+
+
+def _trend_of(pressures, calibration, folder, monkeypatch):
+    """Recordings of a day each; of the first points one shot, of later ones more."""
+    Measurands(folder).add(calibration)
+    points = []
+    for k, mbar in enumerate(pressures):
+        at = f"2026-{6 + k // 30:02}-{1 + k % 30:02}T00:00:00+00:00"
+        values = {"f_nat_hz": PressureSensor(0).f_hz(mbar, 22.0)}
+        points.append(IndexedPoint(at=at, shots=1 + 9 * min(k, 2), temperature_c=22.0, field_t=None, values=values))
     recording = IndexedRecording(
         identifier="a", begun=points[0].at, specimen="S", operator="", frames=30, good=30, calibration=None,
         fit="d30", resonator=calibration.specimen, points=points,
     )  # fmt: skip
     specimen = IndexedSpecimen(("a",), points[0].at, points[-1].at, 30, {calibration.specimen: 1}, {}, ())
     monkeypatch.setattr(readings_of_trends, "indexed_specimen", lambda folder, name: specimen)
-    report = readings_of_trends.with_measurand(specimen_trend("S", [recording]), tmp_path / "recordings", tmp_path)
-    told = report.measurand
-    for value, u, mbar in zip(told.value, told.U, pressures, strict=True):
-        assert value == pytest.approx(mbar, abs=u)
-    assert told.U[2] < 0.7 * told.U[0]  # a mean of nineteen shots scatters less than one
-    assert "pressure: 100" in trend_text(report)
-    assert "pressure [mbar],U of pressure [mbar]" in trend_csv(report)
+    return readings_of_trends.with_measurand(specimen_trend("S", [recording]), folder / "recordings", folder)
+
+
+def test_a_row_of_the_ledger_has_what_its_recording_reads(calibration, measured, tmp_path):
+    """The recording is of the platform; what it is read by is a curve for its own frequency."""
+    recordings, measurands = tmp_path / "recordings", tmp_path / "measurands"
+    recordings.mkdir()
+    shutil.copy(measured / "j.h5", recordings / "night.h5")
+    update_index(recordings)
+    row = LedgerRow.model_validate(
+        dict.fromkeys(LedgerRow.model_fields, None) | {"number": 1, "due": "", "deadline": "", "state": "run"}
+    )
+    page = LedgerPage(items=(row.model_copy(update={"recording": "night"}), row), next=None)
+    assert ledger_with_readings(page, recordings, measurands) is page  # nothing is calibrated yet
+    with closing(open_index(recordings)) as index:
+        resonator = index.summaries(["night"])["night"].resonator
+        f = np.mean([shot.values["f_nat_hz"] for shot in index.shots("night")])
+    shift = f - PressureSensor(0).f_hz(1000.0, 22.0)
+    moved = {**calibration.parameters, "p0": calibration.parameters["p0"] + shift}
+    Measurands(measurands).add(
+        calibration.model_copy(update={"specimen": resonator, "parameters": moved, "temperature_to_c": 40.0})
+    )
+    with_it, without = ledger_with_readings(page, recordings, measurands).items
+    assert with_it.measurand.value == pytest.approx(1000.0, abs=5.0)  # the shots are not all at 22 degrees
+    assert 0.0 < with_it.measurand.U < 1.0
+    assert without.measurand is None
+    assert "measurand" not in without.model_dump()
 
 
 def test_limits_in_the_wrong_order_are_refused():

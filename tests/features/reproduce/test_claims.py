@@ -15,12 +15,13 @@ from platform_daemon.features.characterise.side_by_side.noise_schema import Brea
 from platform_daemon.features.reproduce.break_even import (
     PRINTED_BREAK_EVEN_AM2_PER_S,
     expected_break_even,
-    smallest_thread_error_deg,
+    smallest_error_deg,
 )
 from platform_daemon.features.reproduce.campaign import characterise_request, outcome_in
 from platform_daemon.features.reproduce.claims import claims_of, contradictions
-from platform_daemon.features.reproduce.findings import Findings
+from platform_daemon.features.reproduce.findings import Findings, Value
 from platform_daemon.features.reproduce.folder import write_claims
+from platform_daemon.features.reproduce.reasons import orientation
 from platform_daemon.features.reproduce.report import claims_latex, claims_text, count_text
 from platform_daemon.features.reproduce.schema import Campaign, Claims
 from tests.kit.command_line import assert_one_line_error, here
@@ -49,6 +50,22 @@ def report():
 def by_what(claims, what):
     (found,) = [claim for claim in claims.claims if claim.what == what]
     return found
+
+
+def test_the_error_of_the_orientation_is_that_of_the_jewel_that_was_measured(report):
+    """Not of the one that the paper's nearest jewel is declared as."""
+    measured = Findings({"jewel": outcome(report)})
+    error = report.n50.orientation_error_rad
+    for found, own_deg in ((measured, math.degrees(error.mean)), (_with_error(report, 0.5), 0.5)):
+        why = orientation("jewel")(found, Value(own_deg))
+        assert f"no less than {smallest_error_deg('jewel'):.3f} deg; the measured jewel has {own_deg:.2g} deg" in why
+    assert "measured" not in orientation("jewel")(Findings({}), Value(0.1))
+
+
+def _with_error(report, degrees):
+    error = report.n50.orientation_error_rad.model_copy(update={"mean": math.radians(degrees)})
+    n50 = report.n50.model_copy(update={"orientation_error_rad": error})
+    return Findings({"jewel": outcome(report.model_copy(update={"n50": n50}))})
 
 
 def test_every_label_of_the_paper_that_has_a_number_is_there(unmeasured):
@@ -152,7 +169,7 @@ def test_the_break_even_levels_follow_from_the_papers_scatter_and_the_bound():
     # At a level of noise f_nat of both is known equally well: the jewel is the stronger one, and decays sooner.
     assert expected_break_even("f_nat_hz").thread_share == pytest.approx(15.0, abs=0.5)
     assert expected_break_even("orientation").thread_share < 1.0  # no unbiased fit
-    assert smallest_thread_error_deg() > 2.0 * 0.012
+    assert smallest_error_deg("thread") > 2.0 * 0.012
 
 
 def test_the_table_is_told_in_words_and_in_latex(unmeasured):

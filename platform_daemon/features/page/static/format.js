@@ -57,6 +57,11 @@ export function reading(value, expanded, unit) {
   return `(${value.toFixed(places)} ± ${expanded.toFixed(places)})\u00a0${unit}`;
 }
 
+/** What a sensor reads, or why it does not. @param {any} reads */
+export function readingInWords(reads) {
+  return reads.value === null ? `${reads.name} cannot be read: ${reads.reason}` : `${reads.name} ${reading(reads.value, reads.U, reads.unit)}`;
+}
+
 /** So many significant digits, also where the last are zeros: for what stands in a column. @param {number | null | undefined} value @param {number} digits */
 export function digits(value, digits) {
   return value === null || value === undefined || !Number.isFinite(value) ? "–" : value.toPrecision(digits);

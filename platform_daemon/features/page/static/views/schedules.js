@@ -1,7 +1,7 @@
 // Schedules: what is due, and the ledger of what became of it.
 import { get, getList, send } from "../api.js";
 import { actionButton, errorText, facts, fill, h, table } from "../dom.js";
-import { duration, plain, when } from "../format.js";
+import { duration, plain, readingInWords, when } from "../format.js";
 import { mayOperate } from "./job_actions.js";
 
 export const title = "Schedules";
@@ -97,9 +97,10 @@ async function showLedger(root, id) {
     const rows = await getList(`schedules/${id}/ledger?limit=1000`, Infinity);
     const shown = only.value ? rows.filter((row) => row.state !== "run") : rows;
     const counts = Object.entries(Object.groupBy(rows, (row) => row.state)).map(([state, each]) => `${each?.length} ${plain(state)}`);
-    fill(list, h("p", {}, counts.join(", ")), table(`Ledger, newest first (${shown.length} of ${rows.length})`, ["Due", "What became of it", "Why", "Late", "Job", "Recording"], [...shown].reverse().slice(0, 300).map((row) => [
+    const reads = rows.some((row) => row.measurand);
+    fill(list, h("p", {}, counts.join(", ")), table(`Ledger, newest first (${shown.length} of ${rows.length})`, ["Due", "What became of it", "Why", "Late", "Job", "Recording", ...(reads ? ["Reads"] : [])], [...shown].reverse().slice(0, 300).map((row) => [
       when(row.due), h("span", { class: row.state === "run" ? "good" : "warn" }, plain(row.state)), row.reason ?? "", row.late_s === null ? "" : duration(row.late_s),
-      row.job && h("a", { href: `#/jobs/${row.job}` }, "job"), row.recording && h("a", { href: `#/series/${row.recording}` }, "series"),
+      row.job && h("a", { href: `#/jobs/${row.job}` }, "job"), row.recording && h("a", { href: `#/series/${row.recording}` }, "series"), ...(reads ? [row.measurand ? readingInWords(row.measurand) : ""] : []),
     ]), "nothing was due yet"));
   }
   await load();

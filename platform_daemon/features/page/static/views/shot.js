@@ -1,7 +1,7 @@
 // Last shot: three channels with the fit, the residual in standard deviations, the spectrum, the parameters.
 import { get, request } from "../api.js";
 import { errorBox, facts, fill, h, oneAtATime, table } from "../dom.js";
-import { definitionOf, duration, parameter, plain, reading, significant } from "../format.js";
+import { definitionOf, duration, parameter, plain, readingInWords, significant } from "../format.js";
 import { COLOURS, Plot } from "../plot.js";
 
 export const title = "Last shot";
@@ -180,7 +180,7 @@ function drawNumbers(place, fit, reads) {
   const chi2 = fit.chi2_per_dof;
   fill(
     place,
-    reads && h("p", { class: "large" }, reads.value === null ? `${reads.name} cannot be read: ${reads.reason}` : `${reads.name} ${reading(reads.value, reads.U, reads.unit)}`),
+    reads && h("p", { class: "large" }, readingInWords(reads)),
     h("h2", {}, "Parameters"),
     table("Standard deviation in brackets, at the last digits", ["Parameter", "Value", "Unit"], rows, `none: ${fit.reason ?? "no fit"}`),
     facts([

@@ -73,7 +73,13 @@ function drawReadings(pictures, measurand, axis) {
   const plot = new Plot(place);
   plot.draw({ ...axis, title: `${measurand.name} by ${measurand.calibration}, with U (95 %)`, yLabel: `${measurand.name} / ${measurand.unit}`, lines: [
     { label: measurand.name, values: measurand.value, points: true }, { label: "+ U", values: end(1), colour: "#d55e00" }, { label: "− U", values: end(-1), colour: "#d55e00" }] });
-  return [plot];
+  if (measurand.low.every((/** @type {number | null} */ each) => each === null)) return [plot];
+  const limits = h("div");
+  pictures.append(limits);
+  const chart = new Plot(limits);
+  chart.draw({ ...axis, title: `${measurand.name}: weighted mean with control limits`, yLabel: `${measurand.name} / ${measurand.unit}`, lines: [
+    { label: "EWMA", values: measurand.smoothed }, { label: "upper limit", values: measurand.high, colour: "#d55e00" }, { label: "lower limit", values: measurand.low, colour: "#d55e00" }] });
+  return [plot, chart];
 }
 
 /** @param {HTMLElement} pictures @param {any} chart @param {{x: number[], xLabel: string}} axis @param {any[]} points */
