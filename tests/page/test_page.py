@@ -192,6 +192,38 @@ def test_on_a_phone_the_dry_run_and_the_actions_of_the_queue_are_on_the_screen(b
     assert page.locator(".stacks").first.evaluate("box => box.scrollWidth <= box.clientWidth")
 
 
+def test_what_is_typed_opened_and_selected_stays_while_lists_change_beside_it(browse, daemon):
+    page = browse().page
+    running, waiting = (daemon.post("/acquisitions", {**SHORT_JEWEL, "shots": 500}).json()["id"] for _ in "ab")
+    wait_for(lambda: daemon.get("/platform").json()["running"] == running)
+    open_view(page, "jobs")
+    queue = page.get_by_role("table", name="What runs and what waits")
+    row = queue.locator(f"tr[data-key='#/jobs/{waiting}']")
+    priority = row.get_by_role("spinbutton")
+    priority.press("End")
+    priority.press_sequentially("7")
+    newest = daemon.post("/acquisitions", SHORT_JEWEL).json()["id"]
+    expect(page.locator(f"tr[data-key='#/jobs/{newest}']")).to_have_count(2)
+    expect(queue).to_contain_text(re.compile(r"shot ([3-9]|\d\d+): .*, [1-9]"))  # the progress goes on, too
+    expect(priority).to_be_focused()
+    priority.press_sequentially("1")
+    priority.press("Enter")
+    wait_for(lambda: daemon.get(f"/acquisitions/{waiting}").json()["request"].get("priority") == 71)
+    later = row.get_by_role("button", name="Later")
+    later.focus()
+    page.keyboard.press("Enter")
+    expect(row.get_by_role("button", name="Earlier")).to_be_visible()
+    open_view(page, f"jobs/{running}")
+    page.get_by_text("What was asked for").click()
+    page.locator(".jobs dd", has_text=running).first.select_text()
+    fraction = page.locator(".jobs dl").inner_text()
+    expect(page.locator(".jobs dl")).not_to_have_text(fraction)
+    assert page.locator(".jobs details").get_attribute("open") is not None
+    assert page.evaluate("getSelection().toString()") == running
+    for job in (waiting, running):
+        daemon.delete(f"/acquisitions/{job}")
+
+
 @QUICK
 def test_a_schedule_says_its_cron_expression_in_words(browse, daemon):
     work = {"kind": "acquisition", "request": {"resonator": "jewel", "shots": 1}}

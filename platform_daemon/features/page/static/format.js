@@ -140,6 +140,11 @@ export function unitOf(key) {
   return UNITS[UNIT.exec(key)?.[1] ?? ""] ?? "";
 }
 
+/** What a job does, in words. @param {any} job */
+export function nameOf({ request, kind }) {
+  return [plain(request?.kind ?? kind), request?.resonator ?? request?.acquisition?.resonator].filter(Boolean).join(" of ");
+}
+
 /** Words for a kind of job or a state. @param {string} text */
 export function plain(text) {
   return text.replaceAll("_", " ");

@@ -27,7 +27,7 @@ export async function show(root) {
       localStorage.setItem("by", by.value);
       await send("POST", `alarms/${encodeURIComponent(alarm.name)}/acknowledge`, { by: by.value });
       await load();
-    }, { disabled: !mayOperate(), "aria-label": `Acknowledge ${alarm.name}` });
+    }, { disabled: !mayOperate(), "data-key": alarm.name, "aria-label": `Acknowledge ${alarm.name}` });
   }
 
   await load();

@@ -50,7 +50,7 @@ export async function show(root) {
 /** @param {any} device */
 function card(device) {
   const { identity } = device;
-  return h("div", { class: "card" }, h("h2", {}, NAMES[device.device] ?? plain(device.device)),
+  return h("div", { class: "card" }, h("h2", { class: "words" }, NAMES[device.device] ?? plain(device.device)),
     device.error && h("p", { class: "error" }, device.error),
     facts([
       ["Is", identity && [identity.manufacturer, identity.model, identity.serial, identity.firmware].filter(Boolean).join(", ")],

@@ -16,7 +16,7 @@ export async function show(root) {
   async function load() {
     const { items: jobs } = await get("jobs?state=running&state=queued&limit=200");
     const waiting = jobs.filter((/** @type {any} */ job) => job.question);
-    fill(asked, waiting.length === 0 && h("p", {}, "No job waits for a person."), waiting.map((/** @type {any} */ job) => h("div", { class: "card" }, h("h2", {}, plain(job.kind)), h("p", { class: "large" }, job.question), h("p", { class: "buttons" }, jobActions(job, load)))));
+    fill(asked, waiting.length === 0 && h("p", {}, "No job waits for a person."), waiting.map((/** @type {any} */ job) => h("div", { class: "card", "data-key": job.id }, h("h2", { class: "words" }, plain(job.kind)), h("p", { class: "large" }, job.question), h("p", { class: "buttons" }, jobActions(job, load)))));
   }
 
   async function loadMounted() {
