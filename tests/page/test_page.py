@@ -185,10 +185,9 @@ def test_on_a_phone_the_dry_run_and_the_actions_of_the_queue_are_on_the_screen(b
     expect(page.get_by_text("Accepted")).to_be_visible()
     open_view(page, "jobs")
     cancel = page.get_by_role("button", name="Cancel").first
-    cancel.scroll_into_view_if_needed()
-    box = cancel.bounding_box()
-    assert box["x"] >= 0
-    assert box["x"] + box["width"] <= 320
+    box = cancel.evaluate("button => { button.scrollIntoView(); return button.getBoundingClientRect().toJSON() }")
+    assert box["left"] >= 0
+    assert box["right"] <= 320
     assert page.locator(".stacks").first.evaluate("box => box.scrollWidth <= box.clientWidth")
 
 
@@ -222,6 +221,21 @@ def test_what_is_typed_opened_and_selected_stays_while_lists_change_beside_it(br
     assert page.evaluate("getSelection().toString()") == running
     for job in (waiting, running):
         daemon.delete(f"/acquisitions/{job}")
+
+
+@QUICK
+def test_a_button_that_is_pressed_while_its_list_changes_gets_its_click(browse, daemon):
+    page = browse().page
+    running = daemon.post("/acquisitions", {"resonator": "jewel", "shots": 200}).json()["id"]
+    wait_for(lambda: daemon.get("/platform").json()["running"] == running)
+    open_view(page, f"jobs/{running}")
+    cancel = page.get_by_role("button", name="Cancel")
+    cancel.hover()
+    page.mouse.down()
+    with page.expect_response(lambda answer: answer.url.endswith(f"/{running}")):
+        daemon.post("/platform/queue", {"priority": {running: 5}})
+    page.mouse.up()
+    expect(page.locator("#view")).to_contain_text("cancelled")
 
 
 @QUICK

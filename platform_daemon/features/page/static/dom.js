@@ -34,15 +34,46 @@ const CONTROLS = ["BUTTON", "INPUT", "SELECT", "TEXTAREA"];
 /** @type {("onclick" | "onchange" | "oninput" | "onsubmit" | "ontoggle")[]} */
 const LISTENERS = ["onclick", "onchange", "oninput", "onsubmit", "ontoggle"];
 
+/** What is to stand in elements that are pressed just now, each with its content. @type {Map<Element, Element>} */
+const held = new Map();
+/** @type {Element | null} */ let pressed = null;
+
+/** @param {Event} event */
+function press(event) {
+  if (!(event instanceof KeyboardEvent) || event.key === " ") pressed = /** @type {Element} */ (event.target);
+}
+
+/** Lets go of what was pressed, after the click that follows. */
+function release() {
+  setTimeout(() => {
+    pressed = null;
+    for (const [element, made] of held) replace(element, made);
+    held.clear();
+  });
+}
+
+for (const name of ["pointerdown", "keydown"]) addEventListener(name, press, true);
+for (const name of ["pointerup", "pointercancel", "keyup", "blur"]) addEventListener(name, release);
+
 /**
  * Gives an element other content.  What can be the same stays: what is typed, the focus, what is opened, scrolled to or
  * selected, and what need not be drawn anew.  A control stays where its "data-key" is the same, and follows its row; what
- * is in an element with "data-own" belongs to whoever wrote it.
+ * is in an element with "data-own" belongs to whoever wrote it.  While something in it is pressed all stays as it is,
+ * since what is replaced or moves between the press and the release gets no click.
  * @param {Element} element @param {...(Child | Child[])} children
  */
 export function fill(element, ...children) {
   const made = document.createElement("div");
   append(made, children);
+  if (pressed && element.contains(pressed)) held.set(element, made);
+  else {
+    held.delete(element);
+    replace(element, made);
+  }
+}
+
+/** Replaces the children of an element; what has the focus keeps it where it stays. @param {Element} element @param {Element} made */
+function replace(element, made) {
   const focused = /** @type {HTMLElement | null} */ (document.activeElement);
   become(element, made);
   if (focused?.isConnected && focused !== document.activeElement && element.contains(focused)) focused.focus({ preventScroll: true });
