@@ -97,7 +97,8 @@ def test_a_ramp_shows_where_it_goes_next_and_why_and_the_end(browse, daemon):
     request = {"kind": "ramp", "acquisition": {"resonator": "thread_imperfect", "sequence": {"rx_s": 1.0}}}
     job = daemon.post("/procedures", {**request, "start_t": 1.1e-4, "max_t": 1.4e-4}).headers["location"]
     page = browse().page
-    open_view(page, "ramp")
+    expect(page.locator(".now")).to_contain_text("amp of thread_imperfect")
+    page.get_by_role("link", name="step ").click()
     expect(page.locator(".ramp")).to_contain_text(re.compile(r"Next field\s*1[1-4]0\sµT: .*with a chance of"))
     expect(page.locator(".ramp")).to_contain_text("Threshold, so far")
     expect(page.locator(".plot canvas")).to_have_count(3)
@@ -130,6 +131,21 @@ def test_a_metrologist_comes_from_a_specimen_to_its_recordings_and_sees_the_temp
     expect(page.get_by_role("table", name="Frames")).to_contain_text("°C")
     page.get_by_role("link", name="Parameters by shot").click()
     expect(page.get_by_role("img", name="temperature / °C by shot")).to_be_visible()
+
+
+def test_back_from_two_recordings_that_are_compared_the_search_and_the_choice_are_there_again(browse, daemon, measured):
+    finished(daemon, daemon.post("/acquisitions", {**SHORT_JEWEL, "sample": "J-01"}).headers["location"])
+    page = browse().page
+    open_view(page, "recordings")
+    page.get_by_label("Specimen").fill("J-01")
+    page.get_by_role("button", name="Search").click()
+    for box in page.get_by_role("checkbox").all()[:2]:
+        box.check()
+    page.get_by_role("link", name="Compare the two").click()
+    expect(page.get_by_role("table", name="First good shot of each")).to_be_visible()
+    page.go_back()
+    expect(page.get_by_label("Specimen")).to_have_value("J-01")
+    expect(page.get_by_role("checkbox", checked=True)).to_have_count(2)
 
 
 def test_the_budget_of_a_recording_says_what_contributes_and_what_nobody_has_declared(browse, daemon, measured):

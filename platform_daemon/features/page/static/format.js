@@ -145,6 +145,11 @@ export function nameOf({ request, kind }) {
   return [plain(request?.kind ?? kind), request?.resonator ?? request?.acquisition?.resonator].filter(Boolean).join(" of ");
 }
 
+/** A value that a step sets, with its unit: "field 110 µT". @param {{key: string, value: any}} set */
+export function valueOf({ key, value }) {
+  return `${words(key)} ${typeof value === "number" ? significant(value, 5) : value} ${unitOf(key)}`.trim();
+}
+
 /** Words for a kind of job or a state. @param {string} text */
 export function plain(text) {
   return text.replaceAll("_", " ");

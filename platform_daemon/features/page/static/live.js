@@ -20,6 +20,7 @@ const REPLAYED_MS = 600_000; // after a longer gap the views read everything aga
 export const live = {
   /** @type {any} */ platform: null,
   /** @type {any} */ job: null,
+  /** @type {any} */ outer: null, // the job, as lists have it, that the one that runs is a step of
   /** @type {any[]} */ alarms: [],
   /** @type {PlatformEvent[]} */ events: [],
   /** @type {string} */ problem: "",
@@ -125,7 +126,8 @@ async function poll() {
     const clock_off_s = (Date.now() - Date.parse(answer.headers.get("Date") ?? "")) / 1000;
     const running = platform.running ? await get(pathOfJob(platform.running), { signal }) : null;
     const job = running && shorten(running);
-    tell({ state: { platform, job, clock_off_s, problem: "" } });
+    const outer = job && (await outerOf(job.id, signal));
+    tell({ state: { platform, job, outer, clock_off_s, problem: "" } });
   } catch (error) {
     const status = /** @type {any} */ (error).status;
     tell({ state: { problem: /** @type {Error} */ (error).message }, silent: !status });
@@ -139,6 +141,18 @@ async function poll() {
 function planPoll() {
   clearTimeout(pollTimer);
   if (leads && !polls) pollTimer = window.setTimeout(poll, Math.min(POLL_MS, polled_ms + LATEST_POLL_MS - performance.now()));
+}
+
+/** @type {{id: string, within: string | null}} */
+let step = { id: "", within: null }; // which job is a step of another one does not change
+
+/** The job that this one is a step of, or null. @param {string} id @param {AbortSignal} signal */
+async function outerOf(id, signal) {
+  if (id === step.id && !step.within) return null;
+  const { items } = await get("jobs?state=running&limit=50", { signal });
+  const found = (/** @type {string | null} */ each) => items.find((/** @type {any} */ job) => job.id === each) ?? null;
+  if (id !== step.id && found(id)) step = { id, within: found(id).within };
+  return id === step.id ? found(step.within) : null;
 }
 
 /** Only what is shown of a job that runs. @param {any} job */

@@ -132,7 +132,7 @@ function drawStanding() {
       h("p", { class: "warn" }, `The clock of this device is ${duration(Math.abs(live.clock_off_s))} ${live.clock_off_s > 0 ? "ahead of" : "behind"} the daemon's, by which all times here are.`),
     live.platform?.interlock && h("p", { class: "error" }, `Interlock closed: ${live.platform.interlock}`),
     live.platform?.error && h("p", { class: "error" }, `Devices: ${live.platform.error}`),
-    live.job?.question && h("p", { class: "warn" }, h("a", { href: "#/questions" }, `Waits for you: ${live.job.question}`)),
+    (live.job?.question || live.outer?.question) && h("p", { class: "warn" }, h("a", { href: "#/questions" }, `Waits for you: ${live.job.question || live.outer.question}`)),
     alarms.length > 0 &&
       h("p", { class: "warn" }, h("a", { href: "#/alarms" }, `${alarms.length} alarm${alarms.length > 1 ? "s" : ""}: ${alarms[0].what}`)),
   );

@@ -30,7 +30,7 @@ export function show(root) {
   function update() {
     if (!live.platform) return;
     drawJob(about);
-    fill(buttons, live.job && jobActions(live.job));
+    fill(buttons, live.job && jobActions(live.outer ?? live.job));
     const waiting = live.platform.queued.length;
     fill(queue, h("p", {}, waiting ? h("a", { href: "#/jobs" }, `${waiting} waiting`) : "Nothing waits."));
     fill(devices, h("h2", {}, "Devices"), deviceFacts(live.platform));
@@ -42,7 +42,7 @@ export function show(root) {
 
 /** @param {HTMLElement} place */
 function drawJob(place) {
-  const { job } = live;
+  const { job, outer } = live;
   if (!job) {
     fill(place, h("h2", {}, "Idle"), h("p", {}, "No job runs. ", h("a", { href: "#/start" }, "Start one")));
     return;
@@ -51,14 +51,15 @@ function drawJob(place) {
   const done = progress.unit === "shots" ? `shot ${Math.min(progress.total, Math.floor(progress.done) + 1)} of ${progress.total}` : `${Math.round(100 * progress.fraction)} %`;
   fill(
     place,
-    h("h2", { class: "words" }, nameOf(job)),
-    h("p", { class: "large" }, job.paused ? `paused, ${done}` : done),
-    h("progress", { max: 1, value: progress.fraction, "aria-label": "Progress" }),
+    h("h2", { class: "words" }, outer ? [plain(outer.procedure ?? outer.kind), outer.resonator].filter(Boolean).join(" of ") : nameOf(job)),
+    h("p", { class: "large" }, (outer ?? job).paused ? `paused, ${done}` : done),
+    h("progress", { max: 1, value: (outer ?? job).progress.fraction, "aria-label": "Progress" }),
     facts([
+      ["Step", outer && h("a", { href: `#/${outer.procedure === "ramp" ? "ramp" : "jobs"}/${outer.id}` }, outer.progress.phase)],
       ["Does", progress.phase.replace(/^shot \d+: /, "")], // its number is older than the events
-      ["Time left", duration(progress.time_left_s)],
+      ["Time left", duration((outer ?? job).progress.time_left_s)],
       ["Began", when(job.started)],
-      ["Shots", job.recording && h("a", { href: `#/series/${job.recording}` }, "series so far")],
+      ["Shots", outer?.kind === "procedure" ? h("a", { href: `#/series/${outer.id}` }, "steps so far") : job.recording && h("a", { href: `#/series/${job.recording}` }, "series so far")],
       ["Warnings", job.warnings?.join("; ")],
     ]),
   );

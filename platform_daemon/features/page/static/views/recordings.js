@@ -13,6 +13,9 @@ const LISTED = ["f_nat_hz", "m_r_am2"];
 const NONE = "none matches. A series leaves one when it has ended.";
 const COMPARED = ["f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2", "phi_max_rad"];
 
+/** The search that was left, to which one comes back from a recording, with the pages that were turned and what was chosen. */
+const left = { at: "", pages: [""], chosen: /** @type {string[]} */ ([]) };
+
 /** @param {HTMLElement} root @param {string[]} parts */
 export async function show(root, parts) {
   if (parts[0] === "compare") return compare(root, parts[1], parts[2]);
@@ -31,10 +34,13 @@ export async function show(root, parts) {
     query.set("limit", String(PAGE));
     return `recordings?${query}`;
   };
-  let pages = [firstPage()];
-  /** @type {string[]} */ let chosen = [];
+  const back = left.at === location.hash;
+  if (back) for (const [name, value] of new URLSearchParams(left.pages[0].split("?")[1])) if (form.elements.namedItem(name)) form.elements.namedItem(name).value = value;
+  let pages = back ? left.pages : [firstPage()];
+  let chosen = back ? left.chosen : [];
 
   async function load() {
+    Object.assign(left, { at: location.hash, pages, chosen });
     const found = await get(/** @type {string} */ (pages.at(-1)));
     drawComparison();
     fill(list, table("Recordings", ["Recording", "Date", "Sample", "Frames", ...LISTED.map(heading), "Size", "Compare"], found.items.map((/** @type {any} */ each) => [
@@ -42,6 +48,7 @@ export async function show(root, parts) {
       ...LISTED.map((name) => digits(each[name] === null ? null : each[name] * definitionOf(name).display_factor, 7)), size(each.size_bytes),
       [each.incomplete && h("span", { class: "warn" }, each.incomplete, " "), h("label", {}, h("input", { type: "checkbox", "data-key": "compare", value: each.id, checked: chosen.includes(each.id), "aria-label": `Compare ${each.id}`, onchange: (/** @type {any} */ event) => {
         chosen = event.target.checked ? [...chosen, each.id].slice(-2) : chosen.filter((id) => id !== each.id);
+        left.chosen = chosen;
         drawComparison();
         for (const box of list.querySelectorAll("[data-key=compare]")) box.checked = chosen.includes(box.value); // of three the first is left out
       } }), " compare")],

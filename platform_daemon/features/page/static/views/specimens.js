@@ -83,15 +83,16 @@ function draw(pictures, chart, axis, points) {
   const xText = (/** @type {number} */ x) => whenText(points[axis.x.indexOf(x)].at);
   const onPick = (/** @type {number} */ k) => { location.hash = `#/recordings/${points[k].recording}`; };
   const shared = { ...axis, xText, onPick };
-  const places = [h("div"), h("div")];
+  const isKnown = chart.ewma.some((/** @type {number | null} */ v) => v !== null);
+  const places = [h("div"), ...(isKnown ? [h("div")] : [])];
   pictures.append(...places);
   const [value, score] = places.map((place) => new Plot(place));
   value.draw({ ...shared, title: `${heading(chart.quantity)} at ${degrees(chart.reference_c) ?? "no known temperature"}`, yLabel: heading(chart.quantity), lines: [
     { label: "at that temperature", values: scaled(chart.corrected), points: true }, { label: "as measured", values: scaled(chart.value), points: true }] });
   const negative = chart.limit.map((/** @type {number | null} */ v) => (v === null ? null : -v));
-  score.draw({ ...shared, title: `${definitionOf(chart.quantity).symbol}: weighted mean with control limits`, yLabel: "deviation / σ", lines: [
+  score?.draw({ ...shared, title: `${definitionOf(chart.quantity).symbol}: weighted mean with control limits`, yLabel: "deviation / σ", lines: [
     { label: "EWMA", values: chart.ewma }, { label: "upper limit", values: chart.limit, colour: "#d55e00" }, { label: "lower limit", values: negative, colour: "#d55e00" }] });
-  return [value, score];
+  return score ? [value, score] : [value];
 }
 
 /** A tuned preset in short. @param {any} sequence */
