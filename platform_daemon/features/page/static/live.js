@@ -3,7 +3,7 @@
 // The tab that holds the lock "platform-daemon-leader" reads, and tells the other tabs by a BroadcastChannel.  A tab that
 // is hidden gives the lock away: browsers slow its timers down to once a minute.  Web locks exist only on localhost and
 // with TLS; without them each tab that is shown reads for itself.
-import { address, get, request, withToken } from "./api.js";
+import { address, get, jsonOf, request, withToken } from "./api.js";
 
 const POLL_MS = 1000; // after what was heard last, so that a daemon that is halted is seen
 const LATEST_POLL_MS = 1900; // after the last poll, however many events come
@@ -122,7 +122,7 @@ async function poll() {
   try {
     const signal = AbortSignal.timeout(POLL_LIMIT_MS);
     const answer = await request("platform", { signal });
-    const platform = await answer.json();
+    const platform = await jsonOf(answer);
     const clock_off_s = (Date.now() - Date.parse(answer.headers.get("Date") ?? "")) / 1000;
     const running = platform.running ? await get(pathOfJob(platform.running), { signal }) : null;
     const job = running && shorten(running);
@@ -204,8 +204,12 @@ async function readEvents(signal) {
 /** @param {number} wait_ms @param {AbortSignal} signal that ends it early */
 function pause(wait_ms, signal) {
   return new Promise((resolve) => {
-    setTimeout(resolve, wait_ms);
-    signal.addEventListener("abort", resolve, { once: true });
+    const end = () => {
+      signal.removeEventListener("abort", end);
+      resolve(null);
+    };
+    setTimeout(end, wait_ms);
+    signal.addEventListener("abort", end);
   });
 }
 

@@ -1,5 +1,5 @@
 // Diagnosis: the report, parameters before and after, adoption.
-import { get, send } from "../api.js";
+import { get, myName, rememberName, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
 import { definitionOf, heading, parameter, plain, significant, stateOf, uncertain, when } from "../format.js";
 import { pathOfJob } from "../live.js";
@@ -51,13 +51,13 @@ async function showOne(root, id) {
 /** @param {string} id */
 function adoption(id) {
   const name = h("input", { id: "model", type: "text" });
-  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: localStorage.getItem("by") ?? "" });
+  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: myName() });
   const force = h("input", { id: "force", type: "text" });
   const made = h("p", { class: "good", role: "status" });
   return h("div", { class: "card" }, h("h2", {}, "Adopt as a model for later fits"),
     h("div", { class: "filters" }, h("label", { for: "model" }, "Name of the model ", name), h("label", { for: "by" }, "My name ", by), h("label", { for: "force" }, "Why, if the data are not explained ", force),
       actionButton("Adopt", async () => {
-        localStorage.setItem("by", by.value);
+        rememberName(by.value);
         const found = await send("POST", `diagnoses/${id}/adopt`, { name: name.value, by: by.value, ...(force.value ? { force: force.value } : {}) });
         made.textContent = `Adopted as ${found.label ?? found.name}.`;
       }, { disabled: !mayGovern(), title: mayGovern() ? null : "Needs a token of an administrator" })), made);

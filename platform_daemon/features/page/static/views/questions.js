@@ -1,5 +1,5 @@
 // Questions: what a job waits for, answered by whoever stands at the coils; and what is in the clamping unit.
-import { get, getList, send } from "../api.js";
+import { get, getList, myName, rememberName, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h } from "../dom.js";
 import { plain, when } from "../format.js";
 import { refresh } from "../live.js";
@@ -22,9 +22,9 @@ export async function show(root) {
   async function loadMounted() {
     const [now, resonators] = await Promise.all([get("platform/resonator"), getList("resonators")]);
     const name = h("select", { id: "mounted" }, resonators.map(({ id }) => h("option", { value: id, selected: id === now.resonator }, id)));
-    const by = h("input", { id: "by", type: "text", autocomplete: "name", value: localStorage.getItem("by") ?? "" });
+    const by = h("input", { id: "by", type: "text", autocomplete: "name", value: myName() });
     const tell = async () => {
-      localStorage.setItem("by", by.value);
+      rememberName(by.value);
       await send("POST", "platform/resonator", { resonator: name.value, by: by.value });
       refresh();
       await loadMounted();

@@ -1,5 +1,5 @@
 // Specimens: facts, field limits, presets, models, and the trend with control limits and named changes.
-import { get, getList, send } from "../api.js";
+import { get, getList, myName, rememberName, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
 import { definitionOf, degrees, heading, microtesla, reading, significant, when, whenText } from "../format.js";
 import { Plot } from "../plot.js";
@@ -103,10 +103,10 @@ function preset(sequence) {
 
 /** @param {string} path */
 function accept(path) {
-  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: localStorage.getItem("by") ?? "" });
+  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: myName() });
   const why = h("input", { id: "why", type: "text" });
   return h("div", { class: "filters" }, h("label", { for: "by" }, "My name ", by), h("label", { for: "why" }, "Reason ", why), actionButton("Accept what changed as the new normal", async () => {
-    localStorage.setItem("by", by.value);
+    rememberName(by.value);
     await send("POST", `${path}/baseline`, { by: by.value, reason: why.value });
     location.reload();
   }, { disabled: !mayOperate() }));
