@@ -107,6 +107,7 @@ async function showJob(root, id) {
       ["Why it failed", job.error && h("span", { class: "bad" }, job.error.detail)],
       ["Warnings", job.warnings.join("; ")],
       ["Waits for you", job.question],
+      ["Claims of the paper", result.claims && Object.entries(Object.groupBy(result.claims, (/** @type {any} */ claim) => claim.verdict)).map(([verdict, each]) => `${each?.length} ${plain(verdict)}`).join(", ")],
       ...simple.map(([key, value]) => /** @type {[string, any]} */ ([plain(key), String(value)])),
     ]), h("p", { class: "buttons" }, jobActions(job, load), result.recording && h("a", { href: `#/series/${id}` }, "Shots"), job.kind === "diagnosis" && h("a", { href: `#/diagnosis/${id}` }, "Report"), job.links.report && job.kind === "reproduction" && reportButton(pathOfJob(id)), job.request.kind === "ramp" && h("a", { href: `#/ramp/${id}` }, "Ramp"), h("a", { href: `#/start/again/${id}` }, "Again")),
     h("details", {}, h("summary", {}, "What was asked for"), h("pre", { class: "scroll", tabindex: 0 }, JSON.stringify(job.request, null, 2))));

@@ -78,7 +78,7 @@ function deviceFacts(p) {
     ["Temperature", degrees(p.temperature_c) ?? "not measured"],
     ["Calibration", calibration(p.calibration)],
     ["Transmit calibration", p.transmit_calibration ? calibration(p.transmit_calibration) : "as the platform file declares"],
-    ["Read back", when(p.read_at)],
+    ["Read back", [when(p.read_at), live.job?.clock === "simulated" && " (simulated time)"]],
   ]);
 }
 
