@@ -1,7 +1,8 @@
 """What browsers and the web process take while a long series runs: the parts `soak` and `soak-short` of the bench.
 
 One browser is watched for the heap of its page, and the tools that watch it keep the answers of its requests in its
-renderer; so a second one, with no tools attached, tells what the page itself takes of the memory of a renderer.
+renderer; so a second one, to which tools are attached for the moment of a look only, tells what the page itself takes
+of the memory of a renderer, before and after what is not used any more is collected, and what it keeps of the document.
 
 The short one writes the events of eight hours at a shot a second into the journal within minutes; the shots that they
 name are those of one short series, so that what grows with the recording itself is seen by the long one only.
@@ -9,6 +10,8 @@ name are those of one short series, so that what grows with the recording itself
 
 from __future__ import annotations
 
+import json
+import os
 import shutil
 import statistics
 import subprocess
@@ -36,8 +39,13 @@ NIGHT_SHOTS = 8 * 3600
 NIGHT_S = 240.0  # of which the events of the night take
 STEP_S = 0.1
 WARM_LOOKS = 1  # views are loaded, and the list of events is full
-MEMORIES = ("heap", "watched renderer", "renderer", "web process", "hardware process")
-TOLD = {"heap of the page": 0, "memory of the renderer that nobody watches": 2, "memory of the web process": 3}
+MEMORIES = ("heap", "watched renderer", "renderer", "renderer after collection", "web process", "hardware process")
+TOLD = {
+    "heap of the page": 0,
+    "memory of the renderer that nobody watches": 2,
+    "that renderer after what is not used is collected": 3,
+    "memory of the web process": 4,
+}
 
 
 def soak(browser, data, shots, limit_s):
@@ -82,20 +90,59 @@ def short_soak(browser, data):
     yield from _rows(looks[WARM_LOOKS:], f"events of {looks[-1][0]} shots in {took_s / 60:.1f} min on the wall")
 
 
+class Unwatched:
+    """A browser to which tools are attached only while `collect` runs, by the pipe of its debugger."""
+
+    def __init__(self, process, asked, answered):
+        self.process = psutil.Process(process.pid)
+        self._asked, self._answered = asked, answered
+        self._number = 0
+
+    def collect(self):
+        """Collect what the page does not use any more; returns the document's nodes before and after, and listeners."""
+        (page,) = (each for each in self._call("Target.getTargets")["targetInfos"] if each["type"] == "page")
+        session = self._call("Target.attachToTarget", targetId=page["targetId"], flatten=True)["sessionId"]
+        before = self._call("Memory.getDOMCounters", session)["nodes"]
+        self._call("HeapProfiler.collectGarbage", session)
+        after = self._call("Memory.getDOMCounters", session)
+        self._call("Target.detachFromTarget", sessionId=session)
+        return page["url"].rpartition("/")[2], before, after["nodes"], after["jsEventListeners"]
+
+    def _call(self, method, session=None, **arguments):
+        self._number += 1
+        message = {"id": self._number, "method": method, "params": arguments}
+        self._asked.write(json.dumps(message | ({"sessionId": session} if session else {})).encode() + b"\0")
+        while (answer := self._answer()).get("id") != self._number:
+            pass  # of an event
+        return answer["result"]
+
+    def _answer(self):
+        return json.loads(b"".join(iter(lambda: self._answered.read(1), b"\0")))
+
+
 @contextmanager
 def unwatched(daemon):
-    """A browser of its own on the wall, to which no tool is attached; yields its process."""
+    """A browser of its own on the wall, to which no tool stays attached."""
     address = f"{daemon.address}/page/?wall"
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        command = [shutil.which("chromium"), "--headless", "--no-sandbox", "--no-first-run"]
+    (its_in, asked), (answered, its_out) = os.pipe(), os.pipe()
+    shell = f'exec "$@" 3</dev/fd/{its_in} 4>/dev/fd/{its_out}'  # where Chromium wants them
+    options = ("--headless", "--no-sandbox", "--no-first-run", "--remote-debugging-pipe")
+    with (
+        tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile,
+        os.fdopen(asked, "wb", 0) as questions,
+        os.fdopen(answered, "rb") as answers,
+    ):
         process = subprocess.Popen(
-            [*command, f"--user-data-dir={profile}", address], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        alone, port = psutil.Process(process.pid), urlsplit(address).port
+            ["sh", "-c", shell, "sh", shutil.which("chromium"), *options, f"--user-data-dir={profile}", address],
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, pass_fds=(its_in, its_out),
+        )  # fmt: skip
+        for each in (its_in, its_out):
+            os.close(each)
+        alone, port = Unwatched(process, questions, answers), urlsplit(address).port
         try:
-            wait_for(lambda: port in _ports(alone), timeout=120)  # its stream of events stays open
+            wait_for(lambda: port in _ports(alone.process), timeout=120)  # its stream of events stays open
             yield alone
-            assert port in _ports(alone), "the browser that nobody watches has lost the page"
+            assert port in _ports(alone.process), "the browser that nobody watches has lost the page"
         finally:
             process.terminate()
             process.wait(60)
@@ -171,11 +218,14 @@ def _memory(seen, daemon, alone):
     def now(shots):
         tools.send("HeapProfiler.collectGarbage")
         heap = tools.send("Runtime.getHeapUsage")["usedSize"]
-        of_alone = alone.children(recursive=True)
+        of_alone = alone.process.children(recursive=True)
         of_watched = [each for each in psutil.Process().children(recursive=True) if each not in of_alone]
-        drawing = (_drawing(each) for each in (of_watched, of_alone))
+        drawing = [_drawing(each) for each in (of_watched, of_alone)]
+        view, before, after, listeners = alone.collect()
+        drawing.append(_drawing(of_alone))
         used = tuple(each / 1e6 for each in (heap, *drawing, *(each.memory_info().rss for each in serving)))
-        print(f"{shots} shots: {_in_mb(used)}", flush=True)  # so that a soak that is cut leaves what it saw
+        kept = f"on {view}: {before} nodes, {after} after collection, with {listeners} listeners"
+        print(f"{shots} shots: {_in_mb(used)}; {kept}", flush=True)  # so that a soak that is cut leaves what it saw
         return shots, *used
 
     return now

@@ -247,3 +247,51 @@ def test_a_clock_that_is_wrong_is_said_and_does_no_harm(browse, daemon):
     page.clock.set_system_time("2020-01-01T00:00:00Z")
     expect(page.locator("#standing")).to_contain_text("The clock of this device is")
     expect(page.locator("#fresh")).to_have_text("live")
+
+
+def test_a_page_whose_first_answers_fail_says_so_and_begins_when_they_come(browse, daemon):
+    page = browse(expected_errors=LOST).page
+    for path in ("**/parameters.json", "**/caller"):
+        page.route(path, lambda route: route.abort())
+    page.reload()
+    expect(page.locator("#view .error")).to_contain_text("The daemon does not answer")
+    page.unroute_all()
+    expect(page.locator(".now")).to_contain_text("Devices")
+    open_view(page, "start")
+    expect(page.get_by_role("button", name="Check (dry run)")).to_be_enabled()
+
+
+def test_a_browser_that_keeps_nothing_shows_the_platform_and_starts_work(browse, daemon):
+    page = browse().page
+    page.add_init_script(
+        """for (const name of ['sessionStorage', 'localStorage'])
+             Object.defineProperty(window, name, {get() { throw new DOMException('denied', 'SecurityError'); }});"""
+    )
+    page.reload()
+    expect(page.locator("#fresh")).to_have_text("live")
+    open_view(page, "alarms")
+    expect(page.locator(".alarms")).to_contain_text("Active alarms")
+
+
+def test_what_answers_in_place_of_the_daemon_or_is_of_another_version_is_said_with_the_remedy(browse, daemon):
+    page = browse(expected_errors=("404",)).page
+    page.route("**/platform", lambda route: route.fulfill(body="<html>sign in</html>", content_type="text/html"))
+    expect(page.locator("#standing")).to_contain_text("Something else than the daemon answers")
+    expect(page.locator("#fresh")).to_contain_text("OLD")
+    page.unroute_all()
+    expect(page.locator("#fresh")).to_have_text("live")
+    other = "import { nothing } from '../dom.js'; export { nothing as show };"
+    page.route("**/views/devices.js", lambda route: route.fulfill(body=other, content_type="text/javascript"))
+    open_view(page, "devices")
+    expect(page.locator("#view .error")).to_contain_text("Remedy: reload the page")
+    open_view(page, "shot/%E0%A4%A/0")
+    expect(page.locator("#view .error")).to_contain_text("%E0%A4%A")
+
+
+def test_outputs_are_said_to_be_off_until_the_next_job_begins(browse, daemon):
+    page = browse().page
+    expect(page.locator("#fresh")).to_have_text("live")
+    page.get_by_role("button", name="STOP").click()
+    expect(page.locator("#stopped")).to_contain_text("Outputs are off")
+    daemon.post("/acquisitions", SHORT_JEWEL)
+    expect(page.locator("#stopped")).to_be_hidden()

@@ -97,7 +97,8 @@ def test_a_ramp_shows_where_it_goes_next_and_why_and_the_end(browse, daemon):
     request = {"kind": "ramp", "acquisition": {"resonator": "thread_imperfect", "sequence": {"rx_s": 1.0}}}
     job = daemon.post("/procedures", {**request, "start_t": 1.1e-4, "max_t": 1.4e-4}).headers["location"]
     page = browse().page
-    open_view(page, "ramp")
+    expect(page.locator(".now")).to_contain_text("amp of thread_imperfect")
+    page.get_by_role("link", name=re.compile(r"^step \d")).click()
     expect(page.locator(".ramp")).to_contain_text(re.compile(r"Next field\s*1[1-4]0\sµT: .*with a chance of"))
     expect(page.locator(".ramp")).to_contain_text("Threshold, so far")
     expect(page.locator(".plot canvas")).to_have_count(3)
@@ -130,6 +131,22 @@ def test_a_metrologist_comes_from_a_specimen_to_its_recordings_and_sees_the_temp
     expect(page.get_by_role("table", name="Frames")).to_contain_text("°C")
     page.get_by_role("link", name="Parameters by shot").click()
     expect(page.get_by_role("img", name="temperature / °C by shot")).to_be_visible()
+
+
+def test_back_from_two_recordings_that_are_compared_the_search_and_the_choice_are_there_again(browse, daemon, measured):
+    finished(daemon, daemon.post("/acquisitions", {**SHORT_JEWEL, "sample": "J-01"}).headers["location"])
+    page = browse().page
+    open_view(page, "recordings")
+    page.get_by_label("Specimen").fill("J-01")
+    with page.expect_response(re.compile("specimen=J-01")):
+        page.get_by_role("button", name="Search").click()
+    for k in range(2):
+        page.get_by_role("checkbox").nth(k).check()
+    page.get_by_role("link", name="Compare the two").click()
+    expect(page.get_by_role("table", name="First good shot of each")).to_be_visible()
+    page.go_back()
+    expect(page.get_by_label("Specimen")).to_have_value("J-01")
+    expect(page.get_by_role("checkbox", checked=True)).to_have_count(2)
 
 
 def test_the_budget_of_a_recording_says_what_contributes_and_what_nobody_has_declared(browse, daemon, measured):
@@ -189,6 +206,38 @@ def test_on_a_phone_the_dry_run_and_the_actions_of_the_queue_are_on_the_screen(b
     assert box["left"] >= 0
     assert box["right"] <= 320
     assert page.locator(".stacks").first.evaluate("box => box.scrollWidth <= box.clientWidth")
+
+
+def test_what_is_typed_opened_and_selected_stays_while_lists_change_beside_it(browse, daemon):
+    page = browse().page
+    running, waiting = (daemon.post("/acquisitions", {**SHORT_JEWEL, "shots": 500}).json()["id"] for _ in "ab")
+    wait_for(lambda: daemon.get("/platform").json()["running"] == running)
+    open_view(page, "jobs")
+    queue = page.get_by_role("table", name="What runs and what waits")
+    row = queue.locator(f"tr[data-key='#/jobs/{waiting}']")
+    priority = row.get_by_role("spinbutton")
+    priority.press("End")
+    priority.press_sequentially("7")
+    newest = daemon.post("/acquisitions", SHORT_JEWEL).json()["id"]
+    expect(page.locator(f"tr[data-key='#/jobs/{newest}']")).to_have_count(2)
+    expect(queue).to_contain_text(re.compile(r"shot ([3-9]|\d\d+): .*, [1-9]"))  # the progress goes on, too
+    expect(priority).to_be_focused()
+    priority.press_sequentially("1")
+    priority.press("Enter")
+    wait_for(lambda: daemon.get(f"/acquisitions/{waiting}").json()["request"].get("priority") == 71)
+    later = row.get_by_role("button", name="Later")
+    later.focus()
+    page.keyboard.press("Enter")
+    expect(row.get_by_role("button", name="Earlier")).to_be_visible()
+    open_view(page, f"jobs/{running}")
+    page.get_by_text("What was asked for").click()
+    page.locator(".jobs dd", has_text=running).first.select_text()
+    fraction = page.locator(".jobs dl").inner_text()
+    expect(page.locator(".jobs dl")).not_to_have_text(fraction)
+    assert page.locator(".jobs details").get_attribute("open") is not None
+    assert page.evaluate("getSelection().toString()") == running
+    for job in (waiting, running):
+        daemon.delete(f"/acquisitions/{job}")
 
 
 @QUICK

@@ -19,6 +19,29 @@ export class Problem extends Error {
   }
 }
 
+/** What the browser keeps; where it refuses that (cookies blocked), it is kept until the page is left. @param {"localStorage" | "sessionStorage"} name */
+function storage(name) {
+  try {
+    return window[name];
+  } catch {
+    const kept = new Map();
+    return { getItem: (/** @type {string} */ key) => kept.get(key) ?? null, setItem: kept.set.bind(kept), removeItem: kept.delete.bind(kept) };
+  }
+}
+
+const session = storage("sessionStorage");
+const local = storage("localStorage");
+
+/** The name of the person at this browser. */
+export function myName() {
+  return local.getItem("by") ?? "";
+}
+
+/** @param {string} name */
+export function rememberName(name) {
+  local.setItem("by", name);
+}
+
 let refusal = () => {};
 
 /** Sets what is called when the daemon asks for a token, or does not accept it any more. @param {() => void} call */
@@ -28,13 +51,13 @@ export function onRefusedToken(call) {
 
 /** The token of this tab, or "". */
 export function token() {
-  return sessionStorage.getItem(TOKEN) ?? "";
+  return session.getItem(TOKEN) ?? "";
 }
 
 /** @param {string} value */
 export function setToken(value) {
-  if (value) sessionStorage.setItem(TOKEN, value);
-  else sessionStorage.removeItem(TOKEN);
+  if (value) session.setItem(TOKEN, value);
+  else session.removeItem(TOKEN);
 }
 
 /** Headers with the token, if there is one. @param {Record<string, string>} [others] @returns {Record<string, string>} */
@@ -74,7 +97,17 @@ export async function request(path, options = {}, limit_ms = ANSWER_MS) {
 
 /** JSON of a path.  Raises Problem. @param {string} path @param {{slow?: boolean, signal?: AbortSignal}} [how] @returns {Promise<any>} */
 export async function get(path, { slow = false, signal } = {}) {
-  return (await request(path, signal ? { signal } : {}, slow ? COMPUTED_MS : ANSWER_MS)).json();
+  return jsonOf(await request(path, signal ? { signal } : {}, slow ? COMPUTED_MS : ANSWER_MS));
+}
+
+/** @param {Response} answer @returns {Promise<any>} */
+export async function jsonOf(answer) {
+  try {
+    return await answer.json();
+  } catch (error) {
+    if (!(error instanceof SyntaxError)) throw error;
+    throw new Problem(0, { detail: "Something else than the daemon answers at its address (no JSON). Remedy: sign in to this network or proxy, then reload the page." });
+  }
 }
 
 /**
@@ -92,7 +125,7 @@ export async function send(method, path, body = {}, more = {}) {
 
 /** A file of the page as JSON. @param {string} name @returns {Promise<any>} */
 export async function getPageFile(name) {
-  return (await fetch(new URL(name, document.baseURI))).json();
+  return jsonOf(await request(new URL(name, document.baseURI).href, { cache: "default" }));
 }
 
 /** Downloads a path as a file, with the token that a link could not send. @param {string} path @param {string} name @param {string} [type] */

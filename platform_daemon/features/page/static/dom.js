@@ -13,8 +13,8 @@
 export function h(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
-    else if (name === "value") /** @type {any} */ (element).value = value;
+    if (name.startsWith("on")) /** @type {any} */ (element)[name] = value;
+    else if (name === "value" && tag !== "input") /** @type {any} */ (element).value = value;
     else if (value === true) element.setAttribute(name, "");
     else if (value !== false && value !== null && value !== undefined) element.setAttribute(name, String(value));
   }
@@ -29,6 +29,10 @@ function append(element, children) {
     element.append(child instanceof Node ? child : String(child));
   }
 }
+
+const CONTROLS = ["BUTTON", "INPUT", "SELECT", "TEXTAREA"];
+/** @type {("onclick" | "onchange" | "oninput" | "onsubmit" | "ontoggle")[]} */
+const LISTENERS = ["onclick", "onchange", "oninput", "onsubmit", "ontoggle"];
 
 /** What is to stand in elements that are pressed just now, each with its content. @type {Map<Element, Element>} */
 const held = new Map();
@@ -52,55 +56,78 @@ for (const name of ["pointerdown", "keydown"]) addEventListener(name, press, tru
 for (const name of ["pointerup", "pointercancel", "keyup", "blur"]) addEventListener(name, release);
 
 /**
- * Gives an element other content.  What can be the same stays: the focus, an opened detail, and what need not be drawn
- * anew.  While something in it is pressed it stays as it is, since a button that is replaced between the press and the
- * release gets no click.
+ * Gives an element other content.  What can be the same stays: what is typed, the focus, what is opened, scrolled to or
+ * selected, and what need not be drawn anew.  A control stays where its "data-key" is the same, and follows its row; what
+ * is in an element with "data-own" belongs to whoever wrote it.  While something in it is pressed all stays as it is,
+ * since what is replaced or moves between the press and the release gets no click.
  * @param {Element} element @param {...(Child | Child[])} children
  */
 export function fill(element, ...children) {
   const made = document.createElement("div");
   append(made, children);
-  if (!hasListeners(made) && !hasListeners(element)) become(element, made);
-  else if (pressed && element.contains(pressed)) held.set(element, made);
-  else replace(element, made);
+  if (pressed && element.contains(pressed)) held.set(element, made);
+  else {
+    held.delete(element);
+    replace(element, made);
+  }
 }
 
-/** Replaces the children of an element; the focus goes to what has come in its place. @param {Element} element @param {Element} made */
+/** Replaces the children of an element; what has the focus keeps it where it stays. @param {Element} element @param {Element} made */
 function replace(element, made) {
-  const focused = document.activeElement;
-  const key = focused && element.contains(focused) ? focused.getAttribute("data-key") : null;
-  element.replaceChildren(...made.childNodes);
-  if (key) /** @type {HTMLElement | null} */ (element.querySelector(`[data-key="${CSS.escape(key)}"]`))?.focus();
+  const focused = /** @type {HTMLElement | null} */ (document.activeElement);
+  become(element, made);
+  if (focused?.isConnected && focused !== document.activeElement && element.contains(focused)) focused.focus({ preventScroll: true });
 }
 
 /** Makes the children of an element those of another one, which is used up. @param {Element} element @param {Element} other */
 function become(element, other) {
-  const before = [...element.childNodes];
   const after = [...other.childNodes];
-  after.forEach((node, k) => {
-    const old = before[k];
-    if (!old) element.append(node);
-    else if (!alike(old, node)) old.replaceWith(node);
-    else if (old instanceof Element && node instanceof Element) become(old, node);
-    else if (old.nodeValue !== node.nodeValue) old.nodeValue = node.nodeValue;
-  });
-  for (const old of before.slice(after.length)) old.remove();
-}
-
-/** May a node stay where this one is to be?  Its attributes are made the same. @param {Node} old @param {Node} node */
-function alike(old, node) {
-  if (old.nodeName !== node.nodeName) return false;
-  if (!(old instanceof Element && node instanceof Element)) return true;
-  for (const name of node.getAttributeNames()) {
-    const value = node.getAttribute(name) ?? "";
-    if (old.getAttribute(name) !== value) old.setAttribute(name, value);
+  const keys = new Set(after.map(keyIn));
+  for (const old of [...element.childNodes]) if (!keys.has(keyIn(old))) old.remove();
+  /** @type {ChildNode | null} */ let place = element.firstChild; // of the next one
+  for (const node of after) {
+    let old = place;
+    while (old && !mayStay(old, node)) old = old.nextSibling;
+    if (!old) element.insertBefore(node, place);
+    else {
+      if (old === place) place = old.nextSibling;
+      else element.insertBefore(old, place);
+      if (!(old instanceof Element && node instanceof Element)) old.nodeValue !== node.nodeValue && (old.nodeValue = node.nodeValue);
+      else if (!old.hasAttribute("data-own")) {
+        copyAttributes(old, node);
+        become(old, node);
+      }
+    }
   }
-  return old.getAttributeNames().every((name) => node.hasAttribute(name) || (name === "open" && old.nodeName === "DETAILS"));
+  while (place) {
+    const next = place.nextSibling;
+    place.remove();
+    place = next;
+  }
 }
 
-/** @param {Element} element */
-function hasListeners(element) {
-  return element.querySelector("button, input, select, textarea") !== null;
+/** May a node stay where this one is to be? @param {Node} old @param {Node} node */
+function mayStay(old, node) {
+  if (old.nodeName !== node.nodeName) return false;
+  return keyIn(old) === keyIn(node) && (keyIn(node) !== null || !CONTROLS.includes(node.nodeName));
+}
+
+/** The key of a node among its siblings. @param {Node} node */
+function keyIn(node) {
+  return node instanceof Element ? node.getAttribute("data-key") : null;
+}
+
+/** Attributes and listeners of an element to one that stays; a detail stays open, and what is being typed stays. @param {any} old @param {any} node */
+function copyAttributes(old, node) {
+  const other = old.getAttribute("value") !== node.getAttribute("value");
+  for (const name of old.getAttributeNames()) if (!node.hasAttribute(name) && name !== "open") old.removeAttribute(name);
+  for (const name of node.getAttributeNames()) {
+    if (old.getAttribute(name) !== node.getAttribute(name)) old.setAttribute(name, node.getAttribute(name));
+  }
+  if (![...CONTROLS, "DETAILS", "FORM"].includes(node.nodeName)) return;
+  for (const name of LISTENERS) old[name] = node[name];
+  if (node.type === "checkbox") old.checked = node.checked;
+  else if (other && node.nodeName === "INPUT" && document.activeElement !== old) old.value = node.value;
 }
 
 /**
@@ -123,11 +150,16 @@ export function table(caption, headings, rows, empty = "Nothing here.") {
         "tbody",
         {},
         rows.map((row) =>
-          h("tr", {}, row.map((cell, k) => (k ? h("td", { "data-heading": stacks && headings[k] }, cell) : h("th", { scope: "row" }, cell)))),
+          h("tr", { "data-key": keyOf(row[0]) }, row.map((cell, k) => (k ? h("td", { "data-heading": stacks && headings[k] }, cell) : h("th", { scope: "row" }, cell)))),
         ),
       ),
     ),
   );
+}
+
+/** What tells a row from others: where its heading leads to. @param {any} heading */
+function keyOf(heading) {
+  return heading instanceof HTMLAnchorElement ? heading.getAttribute("href") : null;
 }
 
 /** A list of terms with their values; pairs whose value is null are left out. @param {[string, any][]} pairs */
@@ -180,15 +212,19 @@ export function errorBox(error) {
   return h("p", { class: "error", role: "alert" }, errorText(error));
 }
 
+/** Buttons whose action runs. @type {WeakSet<Element>} */
+const busy = new WeakSet();
+
 /**
  * A button whose action runs once at a time: a double click sends nothing twice.  Errors appear next to it.
  * @param {string} text @param {() => Promise<any>} action @param {Record<string, any>} [attributes]
  */
 export function actionButton(text, action, attributes = {}) {
-  const button = h("button", { type: "button", "data-key": text, ...attributes }, text);
-  const message = h("span", { class: "inline-error", role: "alert" });
-  button.addEventListener("click", async (/** @type {MouseEvent} */ event) => {
-    if (button.disabled || event.detail > 1) return; // the second click of two may hit what has come in its place
+  const onclick = async (/** @type {MouseEvent} */ event) => {
+    const button = /** @type {HTMLButtonElement} */ (event.currentTarget);
+    if (busy.has(button) || event.detail > 1) return; // the second click of two may hit what has come in its place
+    const message = /** @type {HTMLElement} */ (button.nextElementSibling);
+    busy.add(button);
     button.disabled = true;
     message.textContent = "";
     try {
@@ -196,8 +232,10 @@ export function actionButton(text, action, attributes = {}) {
     } catch (error) {
       message.textContent = errorText(error);
     } finally {
+      busy.delete(button);
       button.disabled = Boolean(attributes.disabled);
     }
-  });
-  return h("span", { class: "action" }, button, message);
+  };
+  const key = attributes["data-key"] ?? text;
+  return h("span", { class: "action", "data-key": key }, h("button", { type: "button", onclick, ...attributes, "data-key": key }, text), h("span", { class: "inline-error", role: "alert", "data-own": true }));
 }

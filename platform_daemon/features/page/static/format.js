@@ -145,6 +145,16 @@ export function unitOf(key) {
   return UNITS[UNIT.exec(key)?.[1] ?? ""] ?? "";
 }
 
+/** What a job does, in words. @param {any} job */
+export function nameOf({ request, kind }) {
+  return [plain(request?.kind ?? kind), request?.resonator ?? request?.acquisition?.resonator].filter(Boolean).join(" of ");
+}
+
+/** A value that a step sets, with its unit: "field 110 µT". @param {{key: string, value: any}} set */
+export function valueOf({ key, value }) {
+  return `${words(key)} ${typeof value === "number" ? significant(value, 5) : value} ${unitOf(key)}`.trim();
+}
+
 /** Words for a kind of job or a state. @param {string} text */
 export function plain(text) {
   return text.replaceAll("_", " ");

@@ -3,7 +3,7 @@
 // The tab that holds the lock "platform-daemon-leader" reads, and tells the other tabs by a BroadcastChannel.  A tab that
 // is hidden gives the lock away: browsers slow its timers down to once a minute.  Web locks exist only on localhost and
 // with TLS; without them each tab that is shown reads for itself.
-import { address, get, request, withToken } from "./api.js";
+import { address, get, jsonOf, request, withToken } from "./api.js";
 
 const POLL_MS = 1000; // after what was heard last, so that a daemon that is halted is seen
 const LATEST_POLL_MS = 1900; // after the last poll, however many events come
@@ -20,6 +20,7 @@ const REPLAYED_MS = 600_000; // after a longer gap the views read everything aga
 export const live = {
   /** @type {any} */ platform: null,
   /** @type {any} */ job: null,
+  /** @type {any} */ outer: null, // the job, as lists have it, that the one that runs is a step of
   /** @type {any[]} */ alarms: [],
   /** @type {PlatformEvent[]} */ events: [],
   /** @type {string} */ problem: "",
@@ -121,11 +122,12 @@ async function poll() {
   try {
     const signal = AbortSignal.timeout(POLL_LIMIT_MS);
     const answer = await request("platform", { signal });
-    const platform = await answer.json();
+    const platform = await jsonOf(answer);
     const clock_off_s = (Date.now() - Date.parse(answer.headers.get("Date") ?? "")) / 1000;
     const running = platform.running ? await get(pathOfJob(platform.running), { signal }) : null;
     const job = running && shorten(running);
-    tell({ state: { platform, job, clock_off_s, problem: "" } });
+    const outer = job && (await outerOf(job.id, signal));
+    tell({ state: { platform, job, outer, clock_off_s, problem: "" } });
   } catch (error) {
     const status = /** @type {any} */ (error).status;
     tell({ state: { problem: /** @type {Error} */ (error).message }, silent: !status });
@@ -139,6 +141,18 @@ async function poll() {
 function planPoll() {
   clearTimeout(pollTimer);
   if (leads && !polls) pollTimer = window.setTimeout(poll, Math.min(POLL_MS, polled_ms + LATEST_POLL_MS - performance.now()));
+}
+
+/** @type {{id: string, within: string | null}} */
+let step = { id: "", within: null }; // which job is a step of another one does not change
+
+/** The job that this one is a step of, or null. @param {string} id @param {AbortSignal} signal */
+async function outerOf(id, signal) {
+  if (id === step.id && !step.within) return null;
+  const { items } = await get("jobs?state=running&limit=50", { signal });
+  const found = (/** @type {string | null} */ each) => items.find((/** @type {any} */ job) => job.id === each) ?? null;
+  if (id !== step.id && found(id)) step = { id, within: found(id).within };
+  return id === step.id ? found(step.within) : null;
 }
 
 /** Only what is shown of a job that runs. @param {any} job */
@@ -190,8 +204,12 @@ async function readEvents(signal) {
 /** @param {number} wait_ms @param {AbortSignal} signal that ends it early */
 function pause(wait_ms, signal) {
   return new Promise((resolve) => {
-    setTimeout(resolve, wait_ms);
-    signal.addEventListener("abort", resolve, { once: true });
+    const end = () => {
+      signal.removeEventListener("abort", end);
+      resolve(null);
+    };
+    setTimeout(end, wait_ms);
+    signal.addEventListener("abort", end);
   });
 }
 

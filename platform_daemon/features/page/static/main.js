@@ -33,6 +33,7 @@ const VIEWS = [
 const WALL = ["now", "shot", "series"];
 const WALL_MS = 15_000;
 const CLOCK_OFF_S = 60;
+const AGAIN_MS = 1000;
 export const isWall = new URLSearchParams(location.search).has("wall");
 
 /** @type {Shown} */
@@ -44,7 +45,7 @@ let turn = 0;
 const root = /** @type {HTMLElement} */ (document.getElementById("view"));
 
 async function route() {
-  const [id = "", ...parts] = location.hash.replace(/^#\/?/, "").split("/").map(decodeURIComponent);
+  const [id = "", ...parts] = location.hash.replace(/^#\/?/, "").split("/").map(decoded);
   const entry = VIEWS.find((each) => each.id === id) ?? VIEWS[0];
   const mine = ++turn;
   shown.close?.();
@@ -75,7 +76,17 @@ async function route() {
   } catch (error) {
     if (mine !== turn) return;
     failed = true;
-    content.replaceChildren(errorBox(error));
+    const odd = error instanceof TypeError || error instanceof SyntaxError; // a module that is missing, or of another version
+    content.replaceChildren(errorBox(odd ? `This view cannot be shown: ${error.message}. Remedy: reload the page, which may be older than the daemon.` : error));
+  }
+}
+
+/** A part of an address; one that was cut within an escape stays as it is. @param {string} part */
+function decoded(part) {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return part;
   }
 }
 
@@ -132,7 +143,7 @@ function drawStanding() {
       h("p", { class: "warn" }, `The clock of this device is ${duration(Math.abs(live.clock_off_s))} ${live.clock_off_s > 0 ? "ahead of" : "behind"} the daemon's, by which all times here are.`),
     live.platform?.interlock && h("p", { class: "error" }, `Interlock closed: ${live.platform.interlock}`),
     live.platform?.error && h("p", { class: "error" }, `Devices: ${live.platform.error}`),
-    live.job?.question && h("p", { class: "warn" }, h("a", { href: "#/questions" }, `Waits for you: ${live.job.question}`)),
+    (live.job?.question || live.outer?.question) && h("p", { class: "warn" }, h("a", { href: "#/questions" }, `Waits for you: ${live.job.question || live.outer.question}`)),
     alarms.length > 0 &&
       h("p", { class: "warn" }, h("a", { href: "#/alarms" }, `${alarms.length} alarm${alarms.length > 1 ? "s" : ""}: ${alarms[0].what}`)),
   );
@@ -195,6 +206,19 @@ function installKeys() {
   });
 }
 
+/** What `load` gives; where it fails, that is said, and it is tried again.  Null: a token is asked for. @param {() => Promise<any>} load */
+async function untilAnswered(load) {
+  for (;;) {
+    try {
+      return await load();
+    } catch (error) {
+      if (/** @type {any} */ (error).status === 401) return null;
+      root.replaceChildren(errorBox(error));
+      await new Promise((resolve) => setTimeout(resolve, AGAIN_MS));
+    }
+  }
+}
+
 async function begin() {
   if (isWall) document.body.classList.add("wall");
   installStop();
@@ -220,7 +244,7 @@ async function begin() {
     event.preventDefault();
     fill(complaint, errorBox(event.reason));
   });
-  await Promise.all([loadDefinitions(), loadCaller().then((who) => who.role || askForToken(), () => {})]);
+  await Promise.all([untilAnswered(loadDefinitions), untilAnswered(loadCaller).then((who) => !who || who.role || askForToken())]);
   follow();
   route();
   if (isWall) {

@@ -2,7 +2,7 @@
 import { address, withToken } from "./api.js";
 import { say } from "./dom.js";
 import { clockNow } from "./format.js";
-import { refresh } from "./live.js";
+import { onEvent, refresh } from "./live.js";
 
 const ANSWER_MS = 20_000; // the daemon answers after 15 s at the latest
 const SECOND_WAY_MS = 1500;
@@ -76,6 +76,9 @@ export function installStop() {
     say(text);
   }
 
+  onEvent(({ what }) => {
+    if (what.kind === "job" && what.state === "running" && message.classList.contains("good")) message.hidden = true;
+  });
   document.addEventListener("visibilitychange", () => {
     if (!document.hidden) shown_ms = performance.now();
   });

@@ -1,5 +1,5 @@
 // Alarms: what stands, who knows of it, what is over.
-import { getList, send } from "../api.js";
+import { getList, myName, rememberName, send } from "../api.js";
 import { actionButton, fill, h, table } from "../dom.js";
 import { when } from "../format.js";
 import { mayOperate } from "./job_actions.js";
@@ -9,7 +9,7 @@ const MOST = 200;
 
 /** @param {HTMLElement} root */
 export async function show(root) {
-  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: localStorage.getItem("by") ?? "" });
+  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: myName() });
   const list = h("div");
   root.replaceChildren(h("div", { class: "filters" }, h("label", { for: "by" }, "My name ", by)), list);
 
@@ -24,10 +24,10 @@ export async function show(root) {
   /** @param {any} alarm */
   function acknowledge(alarm) {
     return actionButton("I know", async () => {
-      localStorage.setItem("by", by.value);
+      rememberName(by.value);
       await send("POST", `alarms/${encodeURIComponent(alarm.name)}/acknowledge`, { by: by.value });
       await load();
-    }, { disabled: !mayOperate(), "aria-label": `Acknowledge ${alarm.name}` });
+    }, { disabled: !mayOperate(), "data-key": alarm.name, "aria-label": `Acknowledge ${alarm.name}` });
   }
 
   await load();

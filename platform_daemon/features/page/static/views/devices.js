@@ -1,5 +1,5 @@
 // Devices: read-backs, faults, reset, self-test.
-import { get, getList, send } from "../api.js";
+import { get, getList, myName, rememberName, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
 import { degrees, plain, significant, unitOf, when, words } from "../format.js";
 import { refresh } from "../live.js";
@@ -16,14 +16,14 @@ export async function show(root) {
   const tests = h("div");
   root.replaceChildren(cards, faults, h("h2", {}, "Self-tests"), tests);
   const disabled = !mayOperate();
-  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: localStorage.getItem("by") ?? "" });
+  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: myName() });
   const reason = h("input", { id: "reason", type: "text" });
   faults.append(h("div", { class: "card" }, h("h2", {}, "Clear a fault"),
     h("p", {}, "Find the cause first. No power goes out: the outputs are off afterwards, and the next series begins with its self-test."),
     h("p", { class: "buttons" }, actionButton("Reset the power amplifier", () => send("POST", "devices/power_amplifier/reset"), { disabled })),
     h("div", { class: "filters" }, h("label", { for: "by" }, "My name ", by), h("label", { for: "reason" }, "What I found ", reason),
       actionButton("Clear the fault of a dead owner", async () => {
-        localStorage.setItem("by", by.value);
+        rememberName(by.value);
         await send("POST", "platform/fault/reset", { by: by.value, reason: reason.value });
         refresh();
       }, { disabled }))));
@@ -50,7 +50,7 @@ export async function show(root) {
 /** @param {any} device */
 function card(device) {
   const { identity } = device;
-  return h("div", { class: "card" }, h("h2", {}, NAMES[device.device] ?? plain(device.device)),
+  return h("div", { class: "card" }, h("h2", { class: "words" }, NAMES[device.device] ?? plain(device.device)),
     device.error && h("p", { class: "error" }, device.error),
     facts([
       ["Is", identity && [identity.manufacturer, identity.model, identity.serial, identity.firmware].filter(Boolean).join(", ")],

@@ -1,5 +1,5 @@
 // Diagnosis: the report, parameters before and after, adoption.
-import { get, send } from "../api.js";
+import { get, myName, rememberName, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
 import { definitionOf, heading, parameter, plain, significant, stateOf, uncertain, when } from "../format.js";
 import { pathOfJob } from "../live.js";
@@ -17,17 +17,22 @@ export async function show(root, parts) {
 
 /** @param {HTMLElement} root @param {string} id */
 async function showOne(root, id) {
+  const about = h("div");
+  const adopts = h("div", { hidden: true }, adoption(id)); // it stays as it is while the report is read again
+  root.replaceChildren(about, adopts);
+
   async function load() {
     const job = await get(pathOfJob(id));
     const r = job.result;
     const head = facts([["Diagnosis", id], ["State", stateOf(job)], ["Recordings", job.request.recordings.map((/** @type {any} */ each) => each.recording ?? each).join(", ")], ["Why it failed", job.error && h("span", { class: "bad" }, job.error.detail)]]);
     const buttons = h("p", { class: "buttons" }, jobActions(job, load), h("a", { href: `#/start/again/${id}` }, "Again"));
     if (!r?.verdict) {
-      fill(root, head, buttons);
+      fill(about, head, buttons);
       return;
     }
     const names = Object.keys(r.parameters_before);
-    fill(root, head,
+    adopts.hidden = r.effects.length === 0;
+    fill(about, head,
       h("p", { class: "large" }, plain(r.verdict)),
       facts([["Model", r.model], ["χ²/dof on data that were not used", `${significant(r.held_out.chi2_per_dof_before, 5)} before, ${significant(r.held_out.chi2_per_dof_after, 5)} after`], ["Left over", r.left_over && `gain ${significant(r.left_over.gain, 3)}, p ${significant(r.left_over.p_value, 2)}`], ["Notes", r.notes.join("; ")]]),
       table("Effects that are missing in the model", ["Effect", "Strength", "Gain on held-out data", "Source"], r.effects.map((/** @type {any} */ e) => [plain(e.id), e.strength ? `${uncertain(e.strength.value, e.strength.std)} ${e.strength.unit}` : "", significant(e.held_out_gain, 3), e.source]), "none"),
@@ -37,7 +42,7 @@ async function showOne(root, id) {
       })),
       table("What to measure next", ["What", "Expected / σ"], r.next_measurements.map((/** @type {any} */ each) => [each.what, significant(each.expected_sigma, 3)]), "nothing"),
       r.integrity.length > 0 && table("What is wrong with the data", ["What"], r.integrity.map((/** @type {any} */ each) => [each.what ?? each.id ?? JSON.stringify(each)])),
-      buttons, h("p", { class: "buttons" }, reportButton(`diagnoses/${id}`)), r.effects.length > 0 && adoption(id));
+      buttons, h("p", { class: "buttons" }, reportButton(`diagnoses/${id}`)));
   }
   await load();
   return { load, concerns: (/** @type {any} */ what) => what.job === id };
@@ -46,13 +51,13 @@ async function showOne(root, id) {
 /** @param {string} id */
 function adoption(id) {
   const name = h("input", { id: "model", type: "text" });
-  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: localStorage.getItem("by") ?? "" });
+  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: myName() });
   const force = h("input", { id: "force", type: "text" });
   const made = h("p", { class: "good", role: "status" });
   return h("div", { class: "card" }, h("h2", {}, "Adopt as a model for later fits"),
     h("div", { class: "filters" }, h("label", { for: "model" }, "Name of the model ", name), h("label", { for: "by" }, "My name ", by), h("label", { for: "force" }, "Why, if the data are not explained ", force),
       actionButton("Adopt", async () => {
-        localStorage.setItem("by", by.value);
+        rememberName(by.value);
         const found = await send("POST", `diagnoses/${id}/adopt`, { name: name.value, by: by.value, ...(force.value ? { force: force.value } : {}) });
         made.textContent = `Adopted as ${found.label ?? found.name}.`;
       }, { disabled: !mayGovern(), title: mayGovern() ? null : "Needs a token of an administrator" })), made);

@@ -1,7 +1,7 @@
 // Queue and jobs: what waits, in its order; what has ended, and how.
 import { get, send } from "../api.js";
-import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
-import { duration, plain, stateOf, when } from "../format.js";
+import { actionButton, errorText, facts, fill, h, table } from "../dom.js";
+import { duration, nameOf, plain, stateOf, when } from "../format.js";
 import { live, pathOfJob, refresh } from "../live.js";
 import { jobActions, mayOperate, reportButton } from "./job_actions.js";
 
@@ -16,20 +16,26 @@ export async function show(root, parts) {
   const list = h("div");
   const state = h("select", { id: "state", onchange: () => { pages = [firstPage()]; load(); } }, STATES.map((each) => h("option", { value: each }, each || "any end")));
   root.replaceChildren(h("h2", {}, "Queue"), queue, h("h2", {}, "All jobs, newest first"), h("div", { class: "filters" }, h("label", { for: "state" }, "How it ended ", state)), list);
+  /** @type {any[]} */ let waiting = [];
   const firstPage = () => `jobs?limit=${PAGE}${state.value ? `&state=${state.value}` : ""}`;
   let pages = [firstPage()];
 
   async function load() {
     const found = await get(/** @type {string} */ (pages.at(-1)));
-    const waiting = (await get("jobs?state=queued&state=running&limit=200")).items;
-    drawQueue(queue, waiting, load);
+    waiting = (await get("jobs?state=queued&state=running&limit=200")).items;
+    update();
     fill(list, table("Jobs", ["Job", "State", "Asked for", "From request to end, or left", "What became of it", "Actions"], found.items.map((/** @type {any} */ job) => row(job, load))), h("p", { class: "buttons" },
       pages.length > 1 && h("button", { type: "button", onclick: () => { pages.pop(); load(); } }, "Newer"),
       found.next && h("button", { type: "button", onclick: () => { pages.push(found.next); load(); } }, "Older")));
   }
 
+  /** The job that runs is read by each poll. */
+  function update() {
+    drawQueue(queue, waiting.map((job) => (job.id === live.job?.id ? { ...job, progress: live.job.progress, paused: live.job.paused } : job)), load);
+  }
+
   await load();
-  return { load, concerns: (/** @type {any} */ what) => what.kind === "job" };
+  return { load, update, concerns: (/** @type {any} */ what) => what.kind === "job" };
 }
 
 /** @param {any} job */
@@ -67,18 +73,19 @@ function drawQueue(place, waiting, load) {
   };
   fill(place, table("What runs and what waits, the next one first", ["Job", "State", "Priority", "Progress", "Actions"], rows.map((job) => {
     const k = order.indexOf(job.id);
-    const priority = h("input", { type: "number", "data-key": `priority ${job.id}`, min: -100, max: 100, value: job.priority, "aria-label": `Priority of ${name(job)}`, onchange: async () => {
+    const priority = () => [h("input", { type: "number", "data-key": "priority", min: -100, max: 100, value: job.priority, "aria-label": `Priority of ${name(job)}`, onchange: async (/** @type {any} */ { target }) => {
+      target.nextElementSibling.textContent = "";
       try {
-        await send("POST", "platform/queue", { priority: { [job.id]: Number(priority.value) } });
+        await send("POST", "platform/queue", { priority: { [job.id]: Number(target.value) } });
         refresh();
         setTimeout(load, 300);
       } catch (error) {
-        place.append(errorBox(error));
+        target.nextElementSibling.textContent = errorText(error);
       }
-    } });
+    } }), h("span", { class: "inline-error", role: "alert", "data-own": true })];
     return [
       h("a", { href: `#/jobs/${job.id}` }, name(job)), job.paused ? "paused" : job.state,
-      k >= 0 && !disabled ? priority : job.priority,
+      k >= 0 && !disabled ? priority() : job.priority,
       `${job.progress.phase}, ${Math.round(100 * job.progress.fraction)} %`,
       h("span", { class: "buttons" }, k > 0 && actionButton("Earlier", () => move(job.id, -1), { disabled }), k >= 0 && k < order.length - 1 && actionButton("Later", () => move(job.id, 1), { disabled }), jobActions(job, load)),
     ];
@@ -90,8 +97,9 @@ async function showJob(root, id) {
   async function load() {
     const job = await get(pathOfJob(id));
     const result = job.result ?? {};
-    const simple = Object.entries(result).filter(([, value]) => ["string", "number"].includes(typeof value));
-    fill(root, h("h2", {}, id), facts([
+    const simple = Object.entries(result).filter(([, value]) => ["string", "number"].includes(typeof value) && value !== id);
+    fill(root, h("h2", { class: "words" }, nameOf(job)), facts([
+      ["Job", id],
       ["State", job.paused ? "paused" : job.state],
       ["Progress", job.finished ? null : `${job.progress.phase}, ${Math.round(100 * job.progress.fraction)} %, ${duration(job.progress.time_left_s)} left`],
       ["Asked for", when(job.created)], ["Began", when(job.started)], ["Ended", when(job.finished)],
@@ -99,6 +107,7 @@ async function showJob(root, id) {
       ["Why it failed", job.error && h("span", { class: "bad" }, job.error.detail)],
       ["Warnings", job.warnings.join("; ")],
       ["Waits for you", job.question],
+      ["Claims of the paper", result.claims && Object.entries(Object.groupBy(result.claims, (/** @type {any} */ claim) => claim.verdict)).map(([verdict, each]) => `${each?.length} ${plain(verdict)}`).join(", ")],
       ...simple.map(([key, value]) => /** @type {[string, any]} */ ([plain(key), String(value)])),
     ]), h("p", { class: "buttons" }, jobActions(job, load), result.recording && h("a", { href: `#/series/${id}` }, "Shots"), job.kind === "diagnosis" && h("a", { href: `#/diagnosis/${id}` }, "Report"), job.links.report && job.kind === "reproduction" && reportButton(pathOfJob(id)), job.request.kind === "ramp" && h("a", { href: `#/ramp/${id}` }, "Ramp"), h("a", { href: `#/start/again/${id}` }, "Again")),
     h("details", {}, h("summary", {}, "What was asked for"), h("pre", { class: "scroll", tabindex: 0 }, JSON.stringify(job.request, null, 2))));

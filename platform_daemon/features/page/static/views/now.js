@@ -1,7 +1,7 @@
 // Now: the state of each device, the job that runs, the age of what is shown, and who did what.
 import { get } from "../api.js";
 import { facts, fill, h, table } from "../dom.js";
-import { degrees, duration, plain, significant, when } from "../format.js";
+import { degrees, duration, nameOf, plain, significant, when } from "../format.js";
 import { live } from "../live.js";
 import { jobActions } from "./job_actions.js";
 
@@ -14,7 +14,6 @@ export function show(root) {
   const devices = h("div", { class: "card" });
   const events = h("div", { class: "card" });
   const buttons = h("p", { class: "buttons" });
-  let buttonsOf = "";
   const changes = h("div", { class: "card" });
   root.classList.add("cards");
   const about = h("div");
@@ -30,12 +29,8 @@ export function show(root) {
 
   function update() {
     if (!live.platform) return;
-    const actionsKey = live.job ? `${live.job.id} ${live.job.paused}` : "";
-    if (actionsKey !== buttonsOf) {
-      buttonsOf = actionsKey;
-      buttons.replaceChildren(...(live.job ? jobActions(live.job) : []));
-    }
     drawJob(about);
+    fill(buttons, live.job && jobActions(live.outer ?? live.job));
     const waiting = live.platform.queued.length;
     fill(queue, h("p", {}, waiting ? h("a", { href: "#/jobs" }, `${waiting} waiting`) : "Nothing waits."));
     fill(devices, h("h2", {}, "Devices"), deviceFacts(live.platform));
@@ -47,24 +42,24 @@ export function show(root) {
 
 /** @param {HTMLElement} place */
 function drawJob(place) {
-  const { job } = live;
+  const { job, outer } = live;
   if (!job) {
     fill(place, h("h2", {}, "Idle"), h("p", {}, "No job runs. ", h("a", { href: "#/start" }, "Start one")));
     return;
   }
   const { progress } = job;
-  const resonator = job.request?.resonator ?? job.request?.acquisition?.resonator;
   const done = progress.unit === "shots" ? `shot ${Math.min(progress.total, Math.floor(progress.done) + 1)} of ${progress.total}` : `${Math.round(100 * progress.fraction)} %`;
   fill(
     place,
-    h("h2", {}, [plain(job.request?.kind ?? job.kind), resonator].filter(Boolean).join(" of ")),
-    h("p", { class: "large" }, job.paused ? `paused, ${done}` : done),
-    h("progress", { max: 1, value: progress.fraction, "aria-label": "Progress" }),
+    h("h2", { class: "words" }, outer ? [plain(outer.procedure ?? outer.kind), outer.resonator].filter(Boolean).join(" of ") : nameOf(job)),
+    h("p", { class: "large" }, (outer ?? job).paused ? `paused, ${done}` : done),
+    h("progress", { max: 1, value: (outer ?? job).progress.fraction, "aria-label": "Progress" }),
     facts([
-      ["Does", progress.phase],
-      ["Time left", duration(progress.time_left_s)],
+      ["Step", outer && h("a", { href: `#/${outer.procedure === "ramp" ? "ramp" : "jobs"}/${outer.id}` }, outer.progress.phase)],
+      ["Does", progress.phase.replace(/^shot \d+: /, "")], // its number is older than the events
+      ["Time left", duration((outer ?? job).progress.time_left_s)],
       ["Began", when(job.started)],
-      ["Shots", job.recording && h("a", { href: `#/series/${job.recording}` }, "series so far")],
+      ["Shots", outer?.kind === "procedure" ? h("a", { href: `#/series/${outer.id}` }, "steps so far") : job.recording && h("a", { href: `#/series/${job.recording}` }, "series so far")],
       ["Warnings", job.warnings?.join("; ")],
     ]),
   );
@@ -83,7 +78,7 @@ function deviceFacts(p) {
     ["Temperature", degrees(p.temperature_c) ?? "not measured"],
     ["Calibration", calibration(p.calibration)],
     ["Transmit calibration", p.transmit_calibration ? calibration(p.transmit_calibration) : "as the platform file declares"],
-    ["Read back", when(p.read_at)],
+    ["Read back", [when(p.read_at), live.job?.clock === "simulated" && " (simulated time)"]],
   ]);
 }
 

@@ -1,5 +1,5 @@
 // Questions: what a job waits for, answered by whoever stands at the coils; and what is in the clamping unit.
-import { get, getList, send } from "../api.js";
+import { get, getList, myName, rememberName, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h } from "../dom.js";
 import { plain, when } from "../format.js";
 import { refresh } from "../live.js";
@@ -16,15 +16,15 @@ export async function show(root) {
   async function load() {
     const { items: jobs } = await get("jobs?state=running&state=queued&limit=200");
     const waiting = jobs.filter((/** @type {any} */ job) => job.question);
-    fill(asked, waiting.length === 0 && h("p", {}, "No job waits for a person."), waiting.map((/** @type {any} */ job) => h("div", { class: "card" }, h("h2", {}, plain(job.kind)), h("p", { class: "large" }, job.question), h("p", { class: "buttons" }, jobActions(job, load)))));
+    fill(asked, waiting.length === 0 && h("p", {}, "No job waits for a person."), waiting.map((/** @type {any} */ job) => h("div", { class: "card", "data-key": job.id }, h("h2", { class: "words" }, plain(job.kind)), h("p", { class: "large" }, job.question), h("p", { class: "buttons" }, jobActions(job, load)))));
   }
 
   async function loadMounted() {
     const [now, resonators] = await Promise.all([get("platform/resonator"), getList("resonators")]);
     const name = h("select", { id: "mounted" }, resonators.map(({ id }) => h("option", { value: id, selected: id === now.resonator }, id)));
-    const by = h("input", { id: "by", type: "text", autocomplete: "name", value: localStorage.getItem("by") ?? "" });
+    const by = h("input", { id: "by", type: "text", autocomplete: "name", value: myName() });
     const tell = async () => {
-      localStorage.setItem("by", by.value);
+      rememberName(by.value);
       await send("POST", "platform/resonator", { resonator: name.value, by: by.value });
       refresh();
       await loadMounted();

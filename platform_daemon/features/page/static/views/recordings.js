@@ -13,6 +13,9 @@ const LISTED = ["f_nat_hz", "m_r_am2"];
 const NONE = "none matches. A series leaves one when it has ended.";
 const COMPARED = ["f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2", "phi_max_rad"];
 
+/** The search that was left, to which one comes back from a recording, with the pages that were turned and what was chosen. */
+const left = { at: "", pages: [""], chosen: /** @type {string[]} */ ([]) };
+
 /** @param {HTMLElement} root @param {string[]} parts */
 export async function show(root, parts) {
   if (parts[0] === "compare") return compare(root, parts[1], parts[2]);
@@ -22,27 +25,32 @@ export async function show(root, parts) {
   const verdict = h("select", { name: "refused" }, h("option", { value: "" }, "any"), h("option", { value: "false" }, "without refused shots"), h("option", { value: "true" }, "with refused shots"));
   const form = h("form", { class: "filters", onsubmit: (/** @type {Event} */ event) => { event.preventDefault(); pages = [firstPage()]; load(); } },
     field("specimen", "Specimen", { value: parts[1] ?? "" }), field("since", "Since", { type: "date" }), field("until", "Until", { type: "date" }), field("tag", "Tag"), field("operator", "Operator"), h("label", {}, "Shots ", verdict), h("button", {}, "Search"));
-  root.replaceChildren(form, list);
+  const comparison = h("p", { class: "buttons" });
+  root.replaceChildren(form, comparison, list);
+  const drawComparison = () => fill(comparison, chosen.length === 2 ? h("a", { href: `#/recordings/compare/${chosen[0]}/${chosen[1]}` }, "Compare the two") : "Choose two to compare them.");
   const firstPage = () => {
     const query = new URLSearchParams([.../** @type {any} */ (new FormData(form))].filter(([, value]) => value));
     query.set("newest", "true");
     query.set("limit", String(PAGE));
     return `recordings?${query}`;
   };
-  let pages = [firstPage()];
-  /** @type {string[]} */ let chosen = [];
+  const back = left.at === location.hash;
+  if (back) for (const [name, value] of new URLSearchParams(left.pages[0].split("?")[1])) if (form.elements.namedItem(name)) form.elements.namedItem(name).value = value;
+  let pages = back ? left.pages : [firstPage()];
+  let chosen = back ? left.chosen : [];
 
   async function load() {
+    Object.assign(left, { at: location.hash, pages, chosen });
     const found = await get(/** @type {string} */ (pages.at(-1)));
-    const comparison = h("p", { class: "buttons" });
-    const drawComparison = () => fill(comparison, chosen.length === 2 ? h("a", { href: `#/recordings/compare/${chosen[0]}/${chosen[1]}` }, "Compare the two") : "Choose two to compare them.");
     drawComparison();
-    fill(list, comparison, table("Recordings", ["Recording", "Date", "Sample", "Frames", ...LISTED.map(heading), "Size", "Compare"], found.items.map((/** @type {any} */ each) => [
+    fill(list, table("Recordings", ["Recording", "Date", "Sample", "Frames", ...LISTED.map(heading), "Size", "Compare"], found.items.map((/** @type {any} */ each) => [
       h("a", { href: `#/recordings/${encodeURIComponent(each.id)}` }, each.id), [when(each.date), each.clock === "simulated" && " (simulated time)"], each.sample ?? each.resonator ?? each.variant ?? "", [each.frames, each.refused ? h("span", { class: "warn" }, `, ${each.refused} refused`) : null],
       ...LISTED.map((name) => digits(each[name] === null ? null : each[name] * definitionOf(name).display_factor, 7)), size(each.size_bytes),
-      [each.incomplete && h("span", { class: "warn" }, each.incomplete, " "), h("label", {}, h("input", { type: "checkbox", checked: chosen.includes(each.id), "aria-label": `Compare ${each.id}`, onchange: (/** @type {any} */ event) => {
+      [each.incomplete && h("span", { class: "warn" }, each.incomplete, " "), h("label", {}, h("input", { type: "checkbox", "data-key": "compare", value: each.id, checked: chosen.includes(each.id), "aria-label": `Compare ${each.id}`, onchange: (/** @type {any} */ event) => {
         chosen = event.target.checked ? [...chosen, each.id].slice(-2) : chosen.filter((id) => id !== each.id);
+        left.chosen = chosen;
         drawComparison();
+        for (const box of list.querySelectorAll("[data-key=compare]")) box.checked = chosen.includes(box.value); // of three the first is left out
       } }), " compare")],
     ]), NONE), found.broken.length > 0 && table("What cannot be read", ["File", "Why"], found.broken.map((/** @type {any} */ each) => [each.path, each.error.detail])),
     found.broken.length > 0 && h("p", {}, actionButton("Put kept shots together", async () => { await send("POST", "recordings/recover"); await load(); }, { disabled: !mayOperate() })),

@@ -8,6 +8,7 @@ export const title = "Schedules";
 const COMING = 60;
 const DAYS = 14;
 const SHOWN_A_DAY = 4;
+const DID_NOT_RUN = ["skipped", "missed", "failed"]; // "late" did, "due" and "started" may yet
 const DAY = new Intl.DateTimeFormat(undefined, { weekday: "short", day: "numeric", month: "short" });
 const HOUR = new Intl.DateTimeFormat(undefined, { timeStyle: "short" });
 
@@ -95,11 +96,11 @@ async function showLedger(root, id) {
       ["When", trigger(found.request.trigger, found.cron_in_words)], ["What", work(found.request.work)], ["Next", found.active ? when(found.next_due) : null], ["State", stateOf(found)], ["Failures in a row", found.failures],
     ]), h("p", { class: "buttons" }, actions(found, load), actionButton("Remove the schedule", async () => { await send("DELETE", `schedules/${id}`); location.hash = "#/schedules"; }, { disabled: !mayOperate() })));
     const rows = await getList(`schedules/${id}/ledger?limit=1000`, Infinity);
-    const shown = only.value ? rows.filter((row) => row.state !== "run") : rows;
+    const shown = only.value ? rows.filter((row) => DID_NOT_RUN.includes(row.state)) : rows;
     const counts = Object.entries(Object.groupBy(rows, (row) => row.state)).map(([state, each]) => `${each?.length} ${plain(state)}`);
     const reads = rows.some((row) => row.measurand);
     fill(list, h("p", {}, counts.join(", ")), table(`Ledger, newest first (${shown.length} of ${rows.length})`, ["Due", "What became of it", "Why", "Late", "Job", "Recording", ...(reads ? ["Reads"] : [])], [...shown].reverse().slice(0, 300).map((row) => [
-      when(row.due), h("span", { class: row.state === "run" ? "good" : "warn" }, plain(row.state)), row.reason ?? "", row.late_s === null ? "" : duration(row.late_s),
+      when(row.due), h("span", { class: row.state === "run" ? "good" : DID_NOT_RUN.includes(row.state) ? "warn" : "" }, plain(row.state)), row.reason ?? "", row.late_s === null ? "" : duration(row.late_s),
       row.job && h("a", { href: `#/jobs/${row.job}` }, "job"), row.recording && h("a", { href: `#/series/${row.recording}` }, "series"), ...(reads ? [row.measurand ? readingInWords(row.measurand) : ""] : []),
     ]), "nothing was due yet"));
   }

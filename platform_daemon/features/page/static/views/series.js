@@ -1,7 +1,7 @@
 // Series so far: parameters by shot with error bars and verdicts; a click opens the shot.
 import { get } from "../api.js";
 import { facts, fill, h, table } from "../dom.js";
-import { definitionOf, heading, parameter, plain, significant, uncertain } from "../format.js";
+import { definitionOf, heading, parameter, plain, significant, uncertain, valueOf } from "../format.js";
 import { live, pathOfJob } from "../live.js";
 import { Plot } from "../plot.js";
 
@@ -18,7 +18,8 @@ const FEW = 8; // shots: below, their scatter says little
 
 /** @param {HTMLElement} root @param {string[]} parts */
 export async function show(root, parts) {
-  const id = parts[0] ?? live.job?.id ?? (await newestSeries());
+  const whole = live.outer?.kind === "procedure" ? live.outer : live.job; // not one step of it
+  const id = parts[0] ?? whole?.id ?? (await newestSeries());
   const head = h("div");
   const choose = h("div", { class: "filters" });
   const pictures = h("div", { class: "plots" });
@@ -33,6 +34,7 @@ export async function show(root, parts) {
   /** @type {Point[]} */
   let points = [];
   let chosen = [...FIRST, "chi2_per_dof", "temperature_c"];
+  const what = id.startsWith("procedure-") ? "step" : "shot";
 
   async function load() {
     points = await readPoints(id, points);
@@ -44,20 +46,22 @@ export async function show(root, parts) {
     const refused = points.filter((point) => point.verdict !== "good");
     fill(head, facts([
       ["Series", id],
-      ["Shots", `${points.length}${points.length >= MOST_SHOTS ? ` (the last ${MOST_SHOTS})` : ""}, ${refused.length} refused`],
+      [what === "step" ? "Steps" : "Shots", `${points.length}${points.length >= MOST_SHOTS ? ` (the last ${MOST_SHOTS})` : ""}, ${refused.length} refused`],
       ...FIRST.filter((name) => names.includes(name)).map((name) => /** @type {[string, any]} */ ([heading(name), mean(points, name)])),
     ]));
     if (!choose.childElementCount && names.length) choose.append(h("p", { class: "hint" }, `Bars: standard deviation of each fit. Dashed, from ${FEW} shots on: mean, and three standard deviations of the shots. Crosses: refused shots.`), chooser([...names, "chi2_per_dof"], chosen, (next) => { chosen = next; draw(); }));
-    for (const name of [...plots.keys()]) if (!chosen.includes(name)) { plots.get(name)?.close(); plots.get(name)?.place.remove(); plots.delete(name); }
-    for (const name of chosen) {
+    const drawn = chosen.filter((name) => names.includes(name) || points.some((point) => name === "chi2_per_dof" && point.chi2 !== null));
+    for (const name of [...plots.keys()]) if (!drawn.includes(name)) { plots.get(name)?.close(); plots.get(name)?.place.remove(); plots.delete(name); }
+    for (const name of drawn) {
       if (!plots.has(name)) {
         const place = h("div");
-        pictures.append(place);
+        const after = drawn.slice(drawn.indexOf(name) + 1).map((each) => plots.get(each)?.place).find(Boolean);
+        pictures.insertBefore(place, after ?? null);
         plots.set(name, new Plot(place));
       }
-      plots.get(name)?.draw(picture(name, points));
+      plots.get(name)?.draw(picture(name, points, what));
     }
-    fill(list, table(`Newest shots, ${Math.min(ROWS, points.length)} of ${points.length}`, ["Shot", "Verdict", ...FIRST.map(heading), "χ²/dof", "Why refused"],
+    fill(list, table(`Newest ${what}s, ${Math.min(ROWS, points.length)} of ${points.length}`, [what === "step" ? "Step" : "Shot", "Verdict", ...FIRST.map(heading), "χ²/dof", "Why refused"],
       points.slice(-ROWS).reverse().map((point) => [
         point.href ? h("a", { href: point.href }, point.label) : point.label,
         h("span", { class: point.verdict === "good" ? "good" : "bad" }, point.blank ? "blank" : point.verdict),
@@ -124,7 +128,7 @@ function stepPoints(job) {
   return job.result.steps.map((/** @type {any} */ step) => {
     const { chi2_per_dof: chi2, r2: _, nrmse: __, ...results } = step.results ?? {};
     const parameters = Object.fromEntries(Object.entries(results).map(([name, /** @type {any} */ found]) => [name, { value: found.median, std: found.std }]));
-    const values = step.values.map((/** @type {any} */ each) => `${each.key} ${each.value}`).join(", ");
+    const values = step.values.map(valueOf).join(", ");
     return {
       at: step.step, label: `step ${step.step}${values ? `: ${values}` : ""}`, verdict: step.verdict, reason: step.reason, parameters, chi2: chi2?.median ?? null,
       href: job.result.recording && step.frames.length && job.state === "done" ? `#/shot/${job.result.recording}/${step.frames[0]}` : null,
@@ -142,8 +146,8 @@ async function recordedPoints(path) {
   }));
 }
 
-/** @param {string} name @param {Point[]} points */
-function picture(name, points) {
+/** @param {string} name @param {Point[]} points @param {string} what they are */
+function picture(name, points, what) {
   const isChi2 = name === "chi2_per_dof";
   const factor = isChi2 ? 1 : definitionOf(name).display_factor;
   const value = (/** @type {Point} */ p) => (isChi2 ? p.chi2 : (p.parameters[name]?.value ?? null));
@@ -153,7 +157,7 @@ function picture(name, points) {
   const [middle, scatter] = spread(points, name).map((each) => factor * each);
   const usual = points.length < FEW || name === "temperature_c" ? [] : [middle - 3 * scatter, middle, middle + 3 * scatter];
   return {
-    title: `${label} by shot`, xLabel: "shot", whole: true, yLabel: label, x: points.map((p) => p.at), limits: isChi2 ? [1] : usual,
+    title: `${label} by ${what}`, xLabel: what, whole: true, yLabel: label, x: points.map((p) => p.at), limits: isChi2 ? [1] : usual,
     marks: points.filter((p) => p.verdict !== "good").map((p) => p.at),
     lines: [{ label: isChi2 ? label : definitionOf(name).symbol, values: shift(0), low: shift(-1), high: shift(1), points: true }],
     onPick: (/** @type {number} */ k) => { const href = points[k]?.href; if (href) location.hash = href; },

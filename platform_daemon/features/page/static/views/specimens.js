@@ -1,5 +1,5 @@
 // Specimens: facts, field limits, presets, models, and the trend with control limits and named changes.
-import { get, getList, send } from "../api.js";
+import { get, getList, myName, rememberName, send } from "../api.js";
 import { actionButton, errorBox, facts, fill, h, table } from "../dom.js";
 import { definitionOf, degrees, heading, microtesla, reading, significant, when, whenText } from "../format.js";
 import { Plot } from "../plot.js";
@@ -89,15 +89,16 @@ function draw(pictures, chart, axis, points) {
   const xText = (/** @type {number} */ x) => whenText(points[axis.x.indexOf(x)].at);
   const onPick = (/** @type {number} */ k) => { location.hash = `#/recordings/${points[k].recording}`; };
   const shared = { ...axis, xText, onPick };
-  const places = [h("div"), h("div")];
+  const isKnown = chart.ewma.some((/** @type {number | null} */ v) => v !== null);
+  const places = [h("div"), ...(isKnown ? [h("div")] : [])];
   pictures.append(...places);
   const [value, score] = places.map((place) => new Plot(place));
   value.draw({ ...shared, title: `${heading(chart.quantity)} at ${degrees(chart.reference_c) ?? "no known temperature"}`, yLabel: heading(chart.quantity), lines: [
     { label: "at that temperature", values: scaled(chart.corrected), points: true }, { label: "as measured", values: scaled(chart.value), points: true }] });
   const negative = chart.limit.map((/** @type {number | null} */ v) => (v === null ? null : -v));
-  score.draw({ ...shared, title: `${definitionOf(chart.quantity).symbol}: weighted mean with control limits`, yLabel: "deviation / σ", lines: [
+  score?.draw({ ...shared, title: `${definitionOf(chart.quantity).symbol}: weighted mean with control limits`, yLabel: "deviation / σ", lines: [
     { label: "EWMA", values: chart.ewma }, { label: "upper limit", values: chart.limit, colour: "#d55e00" }, { label: "lower limit", values: negative, colour: "#d55e00" }] });
-  return [value, score];
+  return score ? [value, score] : [value];
 }
 
 /** A tuned preset in short. @param {any} sequence */
@@ -108,10 +109,10 @@ function preset(sequence) {
 
 /** @param {string} path */
 function accept(path) {
-  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: localStorage.getItem("by") ?? "" });
+  const by = h("input", { id: "by", type: "text", autocomplete: "name", value: myName() });
   const why = h("input", { id: "why", type: "text" });
   return h("div", { class: "filters" }, h("label", { for: "by" }, "My name ", by), h("label", { for: "why" }, "Reason ", why), actionButton("Accept what changed as the new normal", async () => {
-    localStorage.setItem("by", by.value);
+    rememberName(by.value);
     await send("POST", `${path}/baseline`, { by: by.value, reason: why.value });
     location.reload();
   }, { disabled: !mayOperate() }));

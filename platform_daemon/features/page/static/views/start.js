@@ -2,7 +2,7 @@
 import { get, getList, send } from "../api.js";
 import { errorBox, errorText, facts, fill, h, say, table } from "../dom.js";
 import { SchemaForm } from "../form.js";
-import { duration, microtesla, plain, significant, size, unitOf, words } from "../format.js";
+import { duration, microtesla, plain, significant, size, valueOf, words } from "../format.js";
 import { pathOfJob, refresh } from "../live.js";
 import { mayOperate } from "./job_actions.js";
 
@@ -107,7 +107,7 @@ export async function show(root, parts) {
     });
   }, oninput: () => {
     if (dryRun && JSON.stringify(form.read()) !== checked) start.disabled = true;
-  } }, form.element, dryRun && h("p", { class: "buttons" }, check), message, plan, h("p", { class: "buttons" }, start));
+  } }, form.element, dryRun && h("p", { class: "buttons" }, check), message, plan, h("p", { class: "buttons last" }, start));
   start.addEventListener("click", () => once(start, async () => {
     const body = form.read();
     const made = edits ? await send("PUT", pathOfJob(id), body) : await send("POST", path, body, { "Idempotency-Key": keyOf(body) });
@@ -177,11 +177,6 @@ function planOf(plan) {
 /** @param {any} step */
 function field(step) {
   return microtesla(step.shot?.peak_field_t ?? step.field_t);
-}
-
-/** A value that a step sets, with its unit: "field 110 µT". @param {{key: string, value: any}} set */
-function valueOf({ key, value }) {
-  return `${words(key)} ${typeof value === "number" ? significant(value, 5) : value} ${unitOf(key)}`.trim();
 }
 
 /** @param {Record<string, number>} values @param {string} unit */
