@@ -9,38 +9,32 @@ from dataclasses import dataclass, replace
 
 from platform_daemon.estimation.physics.models import RingDownModel
 
+from .diagnosis_result import Diagnosis
 from .effect_search import selected_effects
 from .effects.effect import Candidate
 from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, not_accepted
 from .findings.ambiguity import ambiguity_of
-from .findings.missing_torque import MissingTorque, missing_torque
-from .findings.moving_parameters import MovingParameter, moving_parameters
+from .findings.missing_torque import missing_torque
+from .findings.moving_parameters import moving_parameters
 from .findings.negligible_effects import NegligibleEffect, negligible_effects
-from .findings.next_measurements import Proposal, proposals
+from .findings.next_measurements import proposals
 from .findings.notes import notes, two_in_place_notes, undecided
 from .findings.rotor_findings import (
-    assumed_notes,
     leaves_less,
-    leaves_noise,
     may_be_a_rotor,
     plane_notes,
-    rotor_effect,
-    rotor_notes,
-    rotor_scores,
-    unsearched,
-    worth_measuring,
 )
-from .findings.rotor_parting import parting
 from .findings.shot_strengths import strengths_by_shot
 from .findings.side_modes import with_side_modes
 from .findings.verdict import assess_diagnosis
-from .regression.cross_validation import CrossValidation, cross_validate
+from .regression.cross_validation import CrossValidation
 from .regression.joint_fit import JointFit
 from .regression.parameters import Mean, means, widened, window_disagreement
 from .regression.score_test import ScoreTable
 from .report_schema import DiagnosisVerdict
-from .rigid_body.defects import ManufacturingError, manufacturing_error
-from .rigid_body.plane_test import PlaneTest, plane_test
+from .rigid_body.defects import manufacturing_error
+from .rigid_body.plane_test import plane_test
+from .rotor_diagnosis import of_rotor
 from .rotor_search import is_quiet, rotor_of
 from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.data_integrity import DataDefect, data_defects, merged
@@ -58,56 +52,6 @@ _SEARCHED = 0.7  # share of the progress that the search takes where further sho
 
 class DiagnosisError(ValueError):
     """The shots cannot be diagnosed; the text says why."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Diagnosis:
-    """The result of a diagnosis, from which reports are made.
-
-    Attributes:
-        shots: all shots. refused: those without a fit. model: the declared model. verdict: as in the report.
-        named: accepted effects. tentative: effects that gain but were not accepted; why_not: the reason, a sentence.
-        integrity: defects of the files and of the data.
-        found: the end of the search. final: the joint fit after validation.
-        before, after: held-out scores with the declared model and with the final one.
-        parameters_before, parameters_after: means by public name, SI; sigma_before, sigma_after: |N50 - D30| over its
-            standard error.
-        plane: whether the motion leaves the plane of one angle; None: what was recorded does not tell. rotor: the
-            manufacturing error that explains that it does; `named`, `verdict`, `after` and `parameters_after` are then
-            about it, and `final` is the declared model alone.
-        torque: map of the missing torque. moving: parameters that are not constant. notes: sentences for the reader.
-        seconds: wall time of the diagnosis, s.
-    """
-
-    shots: tuple[DiagnosisShot, ...]
-    refused: tuple[UnfittedShot, ...]
-    model: RingDownModel
-    verdict: DiagnosisVerdict
-    named: tuple[AcceptedEffect, ...]
-    tentative: tuple[AcceptedEffect, ...]
-    why_not: str
-    integrity: tuple[DataDefect, ...]
-    found: Selection
-    final: JointFit
-    before: CrossValidation
-    after: CrossValidation
-    parameters_before: dict[str, Mean]
-    parameters_after: dict[str, Mean]
-    sigma_before: dict[str, float]
-    sigma_after: dict[str, float]
-    torque: MissingTorque | None
-    moving: tuple[MovingParameter, ...]
-    next_measurements: tuple[Proposal, ...]
-    notes: tuple[str, ...]
-    seconds: float
-    plane: PlaneTest | None = None
-    rotor: ManufacturingError | None = None
-
-    @property
-    def tentative_after(self) -> tuple[AcceptedEffect, ...]:
-        """The tentative effects that are part of the final model."""
-        keys = {c.key for c in self.final.hypothesis.effects}
-        return tuple(n for n in self.tentative if n.candidate.key in keys)
 
 
 def diagnose_shots(
@@ -178,13 +122,13 @@ def _diagnose(
     plane = plane_test(swings) if swings else None
     if plane is not None and plane.may_leave and (solved := rotor_of(swings, model, plane, pool)) is not None:
         declared, rotor = solved
-        of_rotor = _of_rotor(declared, plane, rotor, pool, searched=False)
+        by_rotor = of_rotor(declared, plane, rotor, pool, searched=False)
         return replace(
-            of_rotor,
+            by_rotor,
             shots=tuple(shots),
             refused=tuple(hopeless),
             integrity=(*defects, *flawed, *gaps),
-            notes=(*remarks, *test(None), *plane_notes(plane, shots), *of_rotor.notes),
+            notes=(*remarks, *test(None), *plane_notes(plane, shots), *by_rotor.notes),
             seconds=time.perf_counter() - began_s,
         )
     if not prepared:
@@ -201,13 +145,13 @@ def _diagnose(
     if plane is not None and not tried and may_be_a_rotor(base, searched.verdict, searched.named):
         beside = manufacturing_error(base, pool)
         if beside is not None and leaves_less(beside, searched.final, searched.verdict):
-            of_rotor = _of_rotor(base, plane, beside, pool, searched=True)
+            by_rotor = of_rotor(base, plane, beside, pool, searched=True)
             return replace(
-                of_rotor,
+                by_rotor,
                 shots=tuple(shots),
                 refused=tuple(refused),
                 integrity=(*defects, *flawed, *gaps),
-                notes=(*remarks, *test(None), *of_rotor.notes),
+                notes=(*remarks, *test(None), *by_rotor.notes),
                 seconds=time.perf_counter() - began_s,
             )
     progress("parameters before and after", 0.9)
@@ -316,42 +260,6 @@ def _of_effects(
             *side_modes,
         ),
         seconds=0.0,
-    )
-
-
-def _of_rotor(
-    base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool: Executor, *, searched: bool
-) -> Diagnosis:
-    """The diagnosis that a rotor of five degrees of freedom explains, without shots, defects of the data, and time."""
-    ways = parting(rotor, pool)
-    before, after = cross_validate(base, pool), rotor_scores(rotor)
-    return Diagnosis(
-        shots=(),
-        refused=(),
-        model=base.hypothesis.model,
-        verdict="explained" if leaves_noise(rotor) else "partly_explained",
-        named=(rotor_effect(rotor, -after.worse_by(before)),),
-        tentative=(),
-        why_not="",
-        integrity=(),
-        found=unsearched(base, pool),
-        final=base,
-        before=before,
-        after=after,
-        parameters_before=means(base),
-        parameters_after=dict(rotor.parameters),
-        sigma_before=window_disagreement(base, pool),
-        sigma_after={},
-        torque=None,
-        moving=moving_parameters(base, pool),
-        next_measurements=worth_measuring(ways),
-        notes=(
-            *assumed_notes([prepared.shot for prepared in base.prepared]),
-            *rotor_notes(rotor, ways, searched=searched),
-        ),
-        seconds=0.0,
-        plane=plane,
-        rotor=rotor,
     )
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from scipy.stats import norm
 
 from platform_daemon.core.schemas.fits import Covariance, FileDigest
-from platform_daemon.diagnosis.diagnose import Diagnosis
+from platform_daemon.diagnosis.diagnosis_result import Diagnosis
 from platform_daemon.diagnosis.findings.accepted_effects import AcceptedEffect
 from platform_daemon.diagnosis.findings.missing_torque import MissingTorque
 from platform_daemon.diagnosis.findings.moving_parameters import MovingParameter as MovedParameter

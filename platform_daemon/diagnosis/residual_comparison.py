@@ -9,7 +9,7 @@ import numpy as np
 
 from platform_daemon.estimation.sliding_window import SlidingFit
 
-from .diagnose import Diagnosis
+from .diagnosis_result import Diagnosis
 from .findings.residual_analysis import (
     ResidualAnalysis,
     Scatter,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from drivers.errors import InputError
 from platform_daemon.core.recordings.evidence import file_digests
-from platform_daemon.diagnosis.diagnose import Diagnosis
+from platform_daemon.diagnosis.diagnosis_result import Diagnosis
 from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.report_schema import DiagnosisReport, EffectStrength
 from platform_daemon.features.diagnose.load_shots import diagnose_input, load_diagnosis_input

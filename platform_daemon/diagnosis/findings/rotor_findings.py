@@ -26,6 +26,10 @@ from platform_daemon.estimation.rotor_fit.parameters import DEFECTS
 from .accepted_effects import AcceptedEffect
 from .next_measurements import Proposal
 
+_MODEL_ERROR = (
+    "that is {:.2g} standard deviations more than noise: friction or damping of the specimen follow another law; "
+    "errors are widened by what is left, and the numbers may be off by more"
+)
 _WORTH_SIGMA = THRESHOLDS.rigid_body.worth_sigma
 
 
@@ -74,6 +78,11 @@ def leaves_noise(rotor: ManufacturingError) -> bool:
     return rotor.fit.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
 
 
+def has_model_error(rotor: ManufacturingError) -> bool:
+    """What it leaves is small, and yet surely more than noise."""
+    return rotor.excess_sigma > THRESHOLDS.rigid_body.doubtful_sigma
+
+
 def may_be_a_rotor(base: JointFit, verdict: DiagnosisVerdict, named: Sequence[AcceptedEffect]) -> bool:
     """Whether a manufacturing error is tried although the motion stays in its plane as far as the noise shows.
 
@@ -102,8 +111,18 @@ def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVe
             return False
         rest = prepared.at_instants(seen)
         left += float(np.sum(prepared.white(rest - rest.mean(axis=1, keepdims=True)) ** 2))
-    worth = THRESHOLDS.selection.told_apart_chi2 if verdict == "explained" else 0.0
+    worth = THRESHOLDS.selection.told_apart_chi2 if verdict == "explained" or not rotor.sure else 0.0
     return left + worth < final.chi2
+
+
+def perfect_rotor_note(rotor: ManufacturingError) -> str:
+    """What explains shots of a rotor without a manufacturing error."""
+    fit = rotor.fit
+    return (
+        f"a rotor of five degrees of freedom without a manufacturing error leaves chi2/dof {fit.chi2_per_dof:.4g} over "
+        f"{fit.window_s:.3g} s ({rotor.in_words}, which may be none): its main axis leans, or its swing feeds the side "
+        "modes. One angle leaves more, and effects on it would only imitate that; the parameters after are the rotor's"
+    )
 
 
 def rotor_notes(rotor: ManufacturingError, parting: Sequence[Proposal], *, searched: bool) -> tuple[str, ...]:
@@ -115,6 +134,7 @@ def rotor_notes(rotor: ManufacturingError, parting: Sequence[Proposal], *, searc
     return (
         f"{rotor.in_words}{alike}: a rotor of five degrees of freedom, {begun}, leaves "
         f"chi2/dof {fit.chi2_per_dof:.4g} over {fit.window_s:.3g} s",
+        *(_MODEL_ERROR.format(rotor.excess_sigma) for _ in range(has_model_error(rotor))),
         "effects of one angle leave more" if searched else "effects of one angle were not searched beside it",
         *(_not_parted(rotor, parting[0]) if parting and parting[0].expected_sigma < _WORTH_SIGMA else ()),
     )

@@ -14,13 +14,16 @@ from platform_daemon.diagnosis.effects.effect import Effect
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.parameters import Mean
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.noise.model import level_sd as noise_level_sd
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
 from platform_daemon.estimation.rotor_fit.fit import (
     RotorFit,
     RotorFitError,
     fit_rotor,
     longest_s,
+    samples_per_value,
 )
 from platform_daemon.estimation.rotor_fit.parameters import (
     DEFECTS,
@@ -86,7 +89,9 @@ class ManufacturingError:
     """What a rotor of five degrees of freedom makes of the shots.
 
     effect: the named one; strength, std: in its unit; alike: those that explain the shots as well; fit: of all shots;
-    held_out: the end of each shot, predicted from its beginning; before_chi2: chi^2 of one angle; parameters: means.
+    held_out: the end of each shot, predicted from its beginning; before_chi2: chi^2 of one angle; parameters: means;
+    excess_sigma: by how many standard deviations chi^2 exceeds that of noise, that of the noise's level included.
+    sure: the size is surely not 0; else a rotor without an error explains the shots.
     """
 
     effect: Effect
@@ -97,6 +102,8 @@ class ManufacturingError:
     held_out: HeldOutRotor
     before_chi2: float
     parameters: Mapping[str, Mean]
+    excess_sigma: float = 0.0
+    sure: bool = True
 
     @property
     def held(self) -> dict[str, float]:
@@ -134,6 +141,9 @@ def _with_error(value: float, std: float) -> str:
 def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | None:
     """The error that explains shots which leave their plane; None if none does, or if their drive is not known.
 
+    One whose size may be 0 is no error: a main axis that leans, or a swing that feeds the side modes, is explained by
+    a rotor without one (`sure`).
+
     The first shot is fitted alone in windows that grow, with each error beside the others; the other shots begin with
     what it found in common, so that their ends are predicted from their beginnings; then all are fitted together, with
     the error that explains the first one best and with those that it could not tell from that.  The least chi^2 has the
@@ -152,13 +162,20 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
                     together.append(_together_instead(together[0], of_first[0], rival, pool))
         else:
             together = of_first
-        alike = _as_good(together)
-        best = _named(alike)
+        excess_sigma = _excess_sigma(base, min(together, key=total_chi2))
+        samples = 1.0
+        if excess_sigma > _LIMITS.doubtful_sigma:
+            samples = samples_per_value(min(together, key=total_chi2))
+            together = [_with_model_error(f, samples) for f in together]
+        alike = _as_good(together, samples)
+        best = _named(alike, samples)
         held_out = held_out_ends(fits, pool)
-    except RotorFitError:
+    except (RotorFitError, LostRotorError, NoRestError):
         return None
     strength, std = best.strength
-    if not best.chi2_per_dof < _LIMITS.explained_chi2_per_dof or not abs(strength) > _LIMITS.sure_sigma * std:
+    sure = abs(strength) > _LIMITS.sure_sigma * std
+    limit = _LIMITS.explained_chi2_per_dof if sure else THRESHOLDS.regression.noise_chi2_per_dof
+    if not best.chi2_per_dof < limit:
         return None
     bearing = shots[0].geometry.bearing
     others = [f for f in alike if f is not best]
@@ -172,7 +189,24 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         fit=best,
         held_out=held_out,
         before_chi2=base.chi2,
-        parameters=_means(best, others),
+        parameters=rotor_means(best, others),
+        excess_sigma=excess_sigma,
+        sure=sure,
+    )
+
+
+def _excess_sigma(base: JointFit, fit: RotorFit) -> float:
+    level_sd = max(noise_level_sd(prepared.shot.noise) for prepared in base.prepared)
+    return (fit.chi2_per_dof - 1.0) / math.hypot(math.sqrt(2.0 / sum(fit.dof)), level_sd)
+
+
+def _with_model_error(fit: RotorFit, samples: float) -> RotorFit:
+    """The fit with the errors of a residual that is no noise, of which so many samples are one independent value."""
+    wider = math.sqrt(samples)
+    return replace(
+        fit,
+        std=tuple({name: wider * std for name, std in one.items()} for one in fit.std),
+        covariance=samples * fit.covariance,
     )
 
 
@@ -182,17 +216,20 @@ def _like_it(fit: RotorFit, best: RotorFit) -> Alike:
     return Alike(effect=effect, strength=strength, std=std, rise=rise(fit, best), fit=fit)
 
 
-def _named(alike: Sequence[RotorFit]) -> RotorFit:
-    """The simplest of those whose chi^2 differs from the least by no more than noise makes it differ."""
+def _named(alike: Sequence[RotorFit], samples: float = 1.0) -> RotorFit:
+    """The simplest of those whose chi^2 differs from the least by no more than noise makes it differ.
+
+    samples: of the residual per independent value.
+    """
     least = min(alike, key=total_chi2)
-    equal = [f for f in alike if rise(f, least) < _LIMITS.equal_chi2]
+    equal = [f for f in alike if rise(f, least) < _LIMITS.equal_chi2 * samples]
     return min(equal, key=lambda f: DEFECTS.index(defect_of(f)))
 
 
-def _as_good(fits: Sequence[RotorFit]) -> list[RotorFit]:
+def _as_good(fits: Sequence[RotorFit], samples: float) -> list[RotorFit]:
     """Those whose chi^2 the data cannot tell from the least."""
     least = min(fits, key=total_chi2)
-    return [f for f in fits if rise(f, least) < THRESHOLDS.selection.told_apart_chi2]
+    return [f for f in fits if rise(f, least) < THRESHOLDS.selection.told_apart_chi2 * samples]
 
 
 def _together(fits: Sequence[RotorFit], pool: Executor) -> RotorFit:
@@ -234,7 +271,7 @@ def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: E
     return fit_rotor(begun, rival.defect, pool, first_window_s=longest_s(begun))
 
 
-def _means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:
+def rotor_means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:
     """Means over the shots of what is also a parameter of one angle, and the orientation.
 
     The errors of the shots stem mostly from the common values, so that they do not average out.  They span what the

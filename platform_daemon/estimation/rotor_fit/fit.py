@@ -12,6 +12,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
@@ -64,6 +65,22 @@ class RotorFit:
         if self.defect is None:
             raise ValueError("no defect was free in this fit")
         return getattr(self.values[0], self.defect), self.std[0][self.defect]
+
+
+def samples_per_value(fit: RotorFit) -> float:
+    """Samples of what a fit leaves per independent value: 1 for white noise.  Raises NoRestError, LostRotorError.
+
+    The sum of the squares of the residual's correlations, less the expectation of this sum for white noise.
+    """
+    found, weights = [], []
+    for shot, values in zip(fit.shots, fit.values, strict=True):
+        rows = shot.residual(values, fit.window_s)[0].reshape(len(shot.sd), -1)
+        n = rows.shape[1]
+        size = next_fast_len(2 * n, real=True)
+        lags = irfft(np.sum(np.abs(rfft(rows, size, axis=1)) ** 2, axis=0), size)[:n]
+        found.append(max(1.0, 2.0 * float(np.sum((lags / lags[0]) ** 2)) - 2.0))
+        weights.append(float(lags[0]))
+    return float(np.average(found, weights=weights))
 
 
 def longest_s(shots: Sequence[RotorShot]) -> float:
