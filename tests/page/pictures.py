@@ -35,8 +35,9 @@ def main() -> None:
         page.locator("#field-shots").fill("20")
         page.get_by_role("button", name="Check (dry run)").click()
         page.get_by_text("What would happen").wait_for(timeout=120_000)
-        page.evaluate("scrollTo(0, 0)")
+        page.set_viewport_size({**SIZE, "height": 1520})  # *Start* stays at the lower edge of the window
         page.screenshot(path=PICTURES / "page-start.png", full_page=True)
+        page.set_viewport_size(SIZE)
         ramp = {"kind": "ramp", "acquisition": {"resonator": "thread_imperfect", "sequence": {"rx_s": 1.0}}}
         daemon.post("/procedures", {**ramp, "start_t": 2.2e-4})
         page.goto(f"{daemon.address}/page/#/ramp")

@@ -75,7 +75,7 @@ export function address(path) {
  * @param {string} path @param {RequestInit} [options] @param {number} [limit_ms]
  */
 export async function request(path, options = {}, limit_ms = ANSWER_MS) {
-  const signal = options.signal ?? AbortSignal.timeout(limit_ms);
+  const signal = AbortSignal.any([AbortSignal.timeout(limit_ms), ...(options.signal ? [options.signal] : [])]);
   let answer;
   try {
     const headers = withToken({ Accept: "application/json", .../** @type {any} */ (options.headers) });

@@ -26,6 +26,7 @@ export async function show(root, parts) {
   root.replaceChildren(heading, walk, why, zoomed, h("div", { class: "plots" }, signal, numbers, residual, spectrum));
   const plots = [new Plot(signal), new Plot(residual), new Plot(spectrum)];
   let [from, to] = [0, Infinity];
+  const left = new AbortController(); // what is still asked for keeps the elements of the view, and the daemon busy
 
   /** One shot at a time: where shots come faster than they can be drawn, some are passed over. */
   const load = oneAtATime(loadShot);
@@ -45,13 +46,14 @@ export async function show(root, parts) {
     const points = to - from <= SHORT_S ? SAMPLES : POINTS;
     fill(zoomed, h("span", {}, Number.isFinite(to) || from > 0 ? `From ${significant(from, 4)} s to ${significant(to, 4)} s ` : "Drag in the picture of the signal to zoom: finer data are loaded. "), zoomButtons());
     try {
-      reads = await showOnlineFit(place, numbers, why);
-      drawExtremes(plots[0], await request(`${base}/dmdt.f32?points=${points}&${stretch}`, { headers: { Accept: "*/*" } }), zoom);
-      const found = await get(`${base}/plot?points=${points}&${stretch}`, { slow: true });
+      reads = await showOnlineFit(place, numbers, why, left.signal);
+      drawExtremes(plots[0], await request(`${base}/dmdt.f32?points=${points}&${stretch}`, { headers: { Accept: "*/*" }, signal: left.signal }), zoom);
+      const found = await get(`${base}/plot?points=${points}&${stretch}`, { slow: true, signal: left.signal });
       drawFit(plots, found, zoom);
       drawNumbers(numbers, found.fit, reads);
       if (why.querySelector(".hint")) fill(why, found.fit.verdict === "good" ? null : h("p", { class: "error" }, `No fit: ${found.fit.reason}`));
     } catch (error) {
+      if (left.signal.aborted) return;
       fill(why, errorBox(error), gone(error));
     }
   }
@@ -77,7 +79,10 @@ export async function show(root, parts) {
       Object.assign(place, { recording: what.recording, frame: what.frame });
       return true;
     },
-    close: () => plots.forEach((plot) => plot.close()),
+    close: () => {
+      left.abort();
+      plots.forEach((plot) => plot.close());
+    },
   };
 }
 
@@ -94,11 +99,11 @@ function neighbours({ recording, frame }, newest) {
   ];
 }
 
-/** The fit that was made when the shot came, which is there at once; with what a sensor reads. @param {{recording: string, frame: number}} place @param {HTMLElement} numbers @param {HTMLElement} why */
-async function showOnlineFit({ recording, frame }, numbers, why) {
+/** The fit that was made when the shot came, which is there at once; with what a sensor reads. @param {{recording: string, frame: number}} place @param {HTMLElement} numbers @param {HTMLElement} why @param {AbortSignal} signal */
+async function showOnlineFit({ recording, frame }, numbers, why, signal) {
   fill(why, h("p", { class: "hint" }, "Loading …"));
   if (!recording.startsWith("acquisition-")) return null;
-  const page = await get(`acquisitions/${recording}/shots?after=${frame}&limit=1`).catch(() => null);
+  const page = await get(`acquisitions/${recording}/shots?after=${frame}&limit=1`, { signal }).catch(() => null);
   const shot = page?.items.find((/** @type {any} */ each) => each.frame === frame);
   if (!shot) return null;
   if (shot.fit) drawNumbers(numbers, shot.fit, shot.measurand);
