@@ -90,9 +90,8 @@ def calibrated(
     days = (times - times.mean()) / SECONDS_PER_DAY
     celsius = shots.celsius[usable]
     measured = bool(np.isfinite(celsius).all())
-    by_temperature = None
-    if not warm and measured and float(np.ptp(celsius)) > 0.0:
-        by_temperature = _test(trend_in(found, points, celsius - celsius.mean()))
+    changed = not warm and measured and float(np.ptp(celsius)) > 0.0
+    by_temperature = _test(trend_in(found, points, celsius - celsius.mean())) if changed else None
     middle = np.array([fmean(found.x_range)])
     polynomial = curve if isinstance(curve, Polynomial) else None
     return MeasurandCalibration(
