@@ -215,7 +215,7 @@ def _remedy(error: typer.TyperException) -> str:
     """Of wrong arguments.  Where an option is not there that another command has, the epilog says where it belongs."""
     context = getattr(error, "ctx", None)
     epilog: str | None = None if context is None else context.command.epilog
-    if not epilog or not hasattr(error, "option_name"):
+    if not epilog or type(error).__name__ != "NoSuchOption":
         return "see platform-daemon --help."
     return epilog[0].lower() + epilog[1:]
 

@@ -77,7 +77,7 @@ def diagnosis_report(
         notes=found.notes,
         where=tuple(map(_moving, found.moving)) or None,
         tentative=_tentative(found) or None,
-        model_after=model_in_words(found.model.name, after_effects(found)),
+        model_after=model_in_words(_base_in_words(found), after_effects(found)),
         files=None if files is None else tuple(files),
         value_sources=tuple(value_sources) or None,
         recordings=None if recordings is None else tuple(recordings),
@@ -90,6 +90,12 @@ def _left_over(found: Diagnosis) -> UnexplainedRest:
         return UnexplainedRest(gain=found.found.omnibus_test.excess, p_value=found.found.omnibus_test.p_value)
     chi2, dof = sum(found.rotor.fit.chi2), sum(found.rotor.fit.dof)
     return UnexplainedRest(gain=max(chi2 - dof, 0.0), p_value=float(norm.sf((chi2 - dof) / math.sqrt(2.0 * dof))))
+
+
+def _base_in_words(found: Diagnosis) -> str:
+    """The declared model, or that of a rotor without an error."""
+    perfect = found.rotor is not None and not found.rotor.sure
+    return f"{found.model.name} with five degrees of freedom" if perfect else found.model.name
 
 
 def after_effects(found: Diagnosis) -> tuple[NamedEffect, ...]:

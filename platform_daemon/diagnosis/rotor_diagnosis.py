@@ -10,7 +10,7 @@ from .findings.rotor_findings import (
     assumed_notes,
     has_model_error,
     leaves_noise,
-    perfect_rotor_note,
+    perfect_rotor_notes,
     rotor_effect,
     rotor_notes,
     rotor_scores,
@@ -87,8 +87,9 @@ def _of_perfect_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingErro
         next_measurements=(),
         notes=(
             *assumed_notes([prepared.shot for prepared in base.prepared]),
-            perfect_rotor_note(rotor),
+            *perfect_rotor_notes(rotor),
         ),
         seconds=0.0,
         plane=plane,
+        rotor=rotor,
     )

@@ -189,7 +189,8 @@ def _temperature(given: Situation) -> Iterator[Effect]:
     if declared and given.temperature_c is not None:
         known = _known(given, "thermometer_k", "temperature", given.temperature_c)
         effects = np.array([coefficients.get(name, 0.0) for name in given.names])
-    yield Effect("temperature", effects, known, 1.0, "1 K")
+    unread = declared and known is None and given.temperature_c is not None
+    yield Effect("temperature (thermometer not declared)" if unread else "temperature", effects, known, 1.0, "1 K")
     if known is not None:
         missing = {name: each for name, each in typical.items() if name not in coefficients}
         if missing:

@@ -44,7 +44,9 @@ def temperature_lines(found: BudgetsReport) -> list[str]:
     """Of each quantity that a measured change of the temperature may have changed, while nobody has declared how."""
     change_k, told = found.temperature_change_k, []
     for each in found.budgets:
-        missing = [one for one in each.not_declared if one.name.startswith("temperature")]
+        missing = [
+            one for one in each.not_declared if one.name.startswith("temperature") and "thermometer" not in one.name
+        ]
         if change_k and missing and missing[0].would_add_per_unit is not None:
             unit = definition_of(each.quantity).unit
             told.append(

@@ -38,7 +38,8 @@ def with_readings(page: LedgerPage, recordings: Path, measurands: Path) -> Ledge
             for name, summary in index.summaries(sorted(names)).items():
                 made = None if summary.resonator is None else calibrations.of(summary.resonator)
                 shots = [] if made is None else [each for each in index.shots(name) if _READ in each.values]
-                if made is not None and shots:
+                # f_nat goes with the amplitude: shots in several fields are no repeats of one reading.
+                if made is not None and len({each.field_t for each in shots}) == 1:
                     told[name] = _mean_reading(made, shots)
     except StorageError as error:  # the ledger does not depend on the index
         log.warning("ledger_without_readings", error=str(error))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from datetime import datetime
 from pathlib import Path
 
 from drivers.errors import InputError
@@ -12,18 +13,32 @@ from drivers.validation import validated
 
 from .schema import SelfTestReport
 
+_LARGEST_DB = 400.0  # of an isolation; no converter hears so far
 _FREQUENCY = 1e-3  # relative: between tones further apart a receive chain that is not flat would count as a change
 
 
 def read_self_test(path: Path) -> SelfTestReport:
     """What `self-test --json` wrote.  Raises InputError."""
     try:
-        return validated(SelfTestReport, json.loads(read_text_file(path)), str(path))
+        found = validated(SelfTestReport, json.loads(read_text_file(path)), str(path))
+        _check(found)
+        return found
     except (OSError, ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise
         remedy = "give a file that `platform-daemon self-test --json` has written"
         raise InputError("is no result of a self-test", where=str(path), why=str(error), remedy=remedy) from None
+
+
+def _check(found: SelfTestReport) -> None:
+    """Raises ValueError for numbers that no self-test has measured."""
+    if not (math.isfinite(found.frequency_hz) and found.frequency_hz > 0.0):
+        raise ValueError(f"frequency_hz is {found.frequency_hz}, and must be positive")
+    for coil, db in found.isolation_db.items():
+        if not abs(db) < _LARGEST_DB:
+            raise ValueError(f"isolation_db of {coil} is {db} dB")
+    if found.date:
+        datetime.fromisoformat(found.date)
 
 
 def gain_declaration(now: SelfTestReport, before: SelfTestReport, where: str) -> str:
@@ -46,7 +61,7 @@ def gain_declaration(now: SelfTestReport, before: SelfTestReport, where: str) ->
         why = "noise makes any two differ, so that it is the same test"
         raise InputError("both tests have heard the same", where=where, why=why, remedy="give an earlier one")
     each = ", ".join(f"{coil} {change:+.2g}" for coil, change in zip(now.isolation_db, changes, strict=True))
-    days = f"{(before.date or 'an unknown day')[:10]} and {(now.date or 'an unknown day')[:10]}"
+    days = " and ".join(one.date[:10] if one.date else "an unknown day" for one in (before, now))
     source = f"change between the self-tests of {days} at {now.frequency_hz:.0f} Hz, with amplifier and switch ({each})"
     return (
         "# By `platform-daemon self-test`: for the platform file, or for `platform-daemon budget --uncertainty`.\n"

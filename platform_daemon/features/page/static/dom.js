@@ -30,6 +30,9 @@ function append(element, children) {
   }
 }
 
+/** Buttons whose action runs. @type {WeakSet<Element>} */
+const busy = new WeakSet();
+
 const CONTROLS = ["BUTTON", "INPUT", "SELECT", "TEXTAREA"];
 /** @type {("onclick" | "onchange" | "oninput" | "onsubmit" | "ontoggle")[]} */
 const LISTENERS = ["onclick", "onchange", "oninput", "onsubmit", "ontoggle"];
@@ -38,9 +41,15 @@ const LISTENERS = ["onclick", "onchange", "oninput", "onsubmit", "ontoggle"];
 const held = new Map();
 /** @type {Element | null} */ let pressed = null;
 
-/** @param {Event} event */
+const LONGEST_PRESS_MS = 5000;
+/** @type {number} */ let given_up;
+
+/** Only what a press and a release make a click of; a scroll bar or a menu may never tell of the release. @param {Event} event */
 function press(event) {
-  if (!(event instanceof KeyboardEvent) || event.key === " ") pressed = /** @type {Element} */ (event.target);
+  if (event instanceof KeyboardEvent ? event.key !== " " : event instanceof PointerEvent && event.button !== 0) return;
+  pressed = event.target instanceof Element ? event.target.closest("button, a, summary, input, label") : null;
+  clearTimeout(given_up);
+  if (pressed) given_up = window.setTimeout(release, LONGEST_PRESS_MS);
 }
 
 /** Lets go of what was pressed, after the click that follows. */
@@ -120,9 +129,11 @@ function keyIn(node) {
 /** Attributes and listeners of an element to one that stays; a detail stays open, and what is being typed stays. @param {any} old @param {any} node */
 function copyAttributes(old, node) {
   const other = old.getAttribute("value") !== node.getAttribute("value");
-  for (const name of old.getAttributeNames()) if (!node.hasAttribute(name) && name !== "open") old.removeAttribute(name);
+  // A value that is not taken over now is told apart once more after the focus has gone; a button that is busy stays off.
+  const kept = [...(document.activeElement === old ? ["value"] : []), ...(busy.has(old) ? ["disabled"] : [])];
+  for (const name of old.getAttributeNames()) if (!node.hasAttribute(name) && ![...kept, "open"].includes(name)) old.removeAttribute(name);
   for (const name of node.getAttributeNames()) {
-    if (old.getAttribute(name) !== node.getAttribute(name)) old.setAttribute(name, node.getAttribute(name));
+    if (old.getAttribute(name) !== node.getAttribute(name) && !kept.includes(name)) old.setAttribute(name, node.getAttribute(name));
   }
   if (![...CONTROLS, "DETAILS", "FORM"].includes(node.nodeName)) return;
   for (const name of LISTENERS) old[name] = node[name];
@@ -211,9 +222,6 @@ export function errorText(error) {
 export function errorBox(error) {
   return h("p", { class: "error", role: "alert" }, errorText(error));
 }
-
-/** Buttons whose action runs. @type {WeakSet<Element>} */
-const busy = new WeakSet();
 
 /**
  * A button whose action runs once at a time: a double click sends nothing twice.  Errors appear next to it.

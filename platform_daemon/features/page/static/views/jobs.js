@@ -31,7 +31,11 @@ export async function show(root, parts) {
 
   /** The job that runs is read by each poll. */
   function update() {
-    drawQueue(queue, waiting.map((job) => (job.id === live.job?.id ? { ...job, progress: live.job.progress, paused: live.job.paused } : job)), load);
+    const running = [live.job, live.outer].filter(Boolean);
+    drawQueue(queue, waiting.map((job) => {
+      const now = running.find((each) => each.id === job.id);
+      return now ? { ...job, progress: now.progress, paused: now.paused } : job;
+    }), load);
   }
 
   await load();
