@@ -126,7 +126,7 @@ async function poll() {
     const clock_off_s = (Date.now() - Date.parse(answer.headers.get("Date") ?? "")) / 1000;
     const running = platform.running ? await get(pathOfJob(platform.running), { signal }) : null;
     const job = running && shorten(running);
-    const outer = await outerOf(job, signal);
+    const outer = job && (await outerOf(job.id, signal).catch(() => null)); // else the step is shown alone
     tell({ state: { platform, job, outer, clock_off_s, problem: "" } });
   } catch (error) {
     const status = /** @type {any} */ (error).status;
@@ -143,14 +143,16 @@ function planPoll() {
   if (leads && !polls) pollTimer = window.setTimeout(poll, Math.min(POLL_MS, polled_ms + LATEST_POLL_MS - performance.now()));
 }
 
-/** The job that this one is a step of, or null. @param {any} job @param {AbortSignal} signal */
-async function outerOf(job, signal) {
-  if (!job?.within) return null;
-  try {
-    return shorten(await get(pathOfJob(job.within), { signal }));
-  } catch {
-    return null; // the step is shown alone
-  }
+/** @type {{id: string, within: string | null}} */
+let step = { id: "", within: null }; // which job is a step of another one does not change
+
+/** The job that this one is a step of, or null. @param {string} id @param {AbortSignal} signal */
+async function outerOf(id, signal) {
+  if (id === step.id && !step.within) return null;
+  const { items } = await get("jobs?state=running&limit=50", { signal });
+  const found = (/** @type {string | null} */ each) => items.find((/** @type {any} */ job) => job.id === each) ?? null;
+  if (id !== step.id && found(id)) step = { id, within: found(id).within };
+  return id === step.id ? found(step.within) : null;
 }
 
 /** Only what is shown of a job that runs. @param {any} job */
