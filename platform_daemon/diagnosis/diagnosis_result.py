@@ -35,8 +35,8 @@ class Diagnosis:
         parameters_before, parameters_after: means by public name, SI; sigma_before, sigma_after: |N50 - D30| over its
             standard error.
         plane: whether the motion leaves the plane of one angle; None: what was recorded does not tell. rotor: the
-            manufacturing error that explains that it does; `named`, `verdict`, `after` and `parameters_after` are then
-            about it, and `final` is the declared model alone.
+            manufacturing error that explains that it does, or the rotor without one (`rotor.sure`); `named`, `verdict`,
+            `after` and `parameters_after` are then about it, and `final` is the declared model alone.
         torque: map of the missing torque. moving: parameters that are not constant. notes: sentences for the reader.
         seconds: wall time of the diagnosis, s.
     """

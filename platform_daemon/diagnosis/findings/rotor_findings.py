@@ -115,14 +115,13 @@ def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVe
     return left + worth < final.chi2
 
 
-def perfect_rotor_notes(rotor: ManufacturingError) -> tuple[str, ...]:
+def perfect_rotor_note(rotor: ManufacturingError) -> str:
     """What explains shots of a rotor without a manufacturing error."""
     fit = rotor.fit
     return (
         f"a rotor of five degrees of freedom without a manufacturing error leaves chi2/dof {fit.chi2_per_dof:.4g} over "
         f"{fit.window_s:.3g} s ({rotor.in_words}, which may be none): its main axis leans, or its swing feeds the side "
-        "modes. One angle leaves more, and effects on it would only imitate that; the parameters after are the rotor's",
-        *(_MODEL_ERROR.format(rotor.excess_sigma) for _ in range(has_model_error(rotor))),
+        "modes. One angle leaves more, and effects on it would only imitate that; the parameters after are the rotor's"
     )
 
 

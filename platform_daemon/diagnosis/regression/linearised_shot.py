@@ -10,7 +10,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import qr, solve_triangular
 
 from platform_daemon.diagnosis.shots.linearisation import Linearisation, linearise_signal
@@ -18,6 +17,7 @@ from platform_daemon.diagnosis.shots.shot import PreparedShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.correlation import samples_per_value
 
 from .hypothesis import Hypothesis
 
@@ -62,17 +62,8 @@ class LinearisedShot:
         return self.samples_per_value_of(self.residual)
 
     def samples_per_value_of(self, residual: Array) -> float:
-        """The same of another residual, flat (rows,).
-
-        The sum of the squares of its correlations, less the expectation of this sum for white noise.
-        """
-        rows: Array = residual.reshape(self.linearisation.residual.shape)
-        n = int(self.linearisation.residual.shape[1])
-        size = next_fast_len(2 * n, real=True)
-        power = np.abs(rfft(rows, size, axis=1)) ** 2
-        lags = np.asarray(irfft(power.sum(axis=0), size), dtype=np.float64)
-        squares = (lags[:n] / max(float(lags[0]), 1e-300)) ** 2
-        return max(1.0, 2.0 * float(squares.sum()) - 2.0)
+        """The same of another residual, flat (rows,)."""
+        return samples_per_value(residual.reshape(self.linearisation.residual.shape))
 
     def without_own(self, columns: Array) -> Array:
         """Columns (rows, ...) orthogonal to those of all parameters that the shot has for itself."""

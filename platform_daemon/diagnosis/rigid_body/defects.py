@@ -23,7 +23,7 @@ from platform_daemon.estimation.rotor_fit.fit import (
     RotorFitError,
     fit_rotor,
     longest_s,
-    samples_per_value,
+    samples_per_value_of,
 )
 from platform_daemon.estimation.rotor_fit.parameters import (
     DEFECTS,
@@ -165,7 +165,7 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         excess_sigma = _excess_sigma(base, min(together, key=total_chi2))
         samples = 1.0
         if excess_sigma > _LIMITS.doubtful_sigma:
-            samples = samples_per_value(min(together, key=total_chi2))
+            samples = samples_per_value_of(min(together, key=total_chi2))
             together = [_with_model_error(f, samples) for f in together]
         alike = _as_good(together, samples)
         best = _named(alike, samples)
@@ -174,8 +174,9 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         return None
     strength, std = best.strength
     sure = abs(strength) > _LIMITS.sure_sigma * std
-    limit = _LIMITS.explained_chi2_per_dof if sure else THRESHOLDS.regression.noise_chi2_per_dof
-    if not best.chi2_per_dof < limit:
+    # A rotor without an error stands in the way of effects of one angle only where it leaves surely no more than noise.
+    noise = best.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof and excess_sigma < _LIMITS.doubtful_sigma
+    if not (noise or (sure and best.chi2_per_dof < _LIMITS.explained_chi2_per_dof)):
         return None
     bearing = shots[0].geometry.bearing
     others = [f for f in alike if f is not best]
@@ -189,7 +190,7 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         fit=best,
         held_out=held_out,
         before_chi2=base.chi2,
-        parameters=rotor_means(best, others),
+        parameters=_means(best, others),
         excess_sigma=excess_sigma,
         sure=sure,
     )
@@ -271,7 +272,7 @@ def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: E
     return fit_rotor(begun, rival.defect, pool, first_window_s=longest_s(begun))
 
 
-def rotor_means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:
+def _means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:
     """Means over the shots of what is also a parameter of one angle, and the orientation.
 
     The errors of the shots stem mostly from the common values, so that they do not average out.  They span what the

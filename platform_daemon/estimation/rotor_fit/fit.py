@@ -12,9 +12,9 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
 
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.correlation import samples_per_value
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
@@ -67,20 +67,13 @@ class RotorFit:
         return getattr(self.values[0], self.defect), self.std[0][self.defect]
 
 
-def samples_per_value(fit: RotorFit) -> float:
-    """Samples of what a fit leaves per independent value: 1 for white noise.  Raises NoRestError, LostRotorError.
+def samples_per_value_of(fit: RotorFit) -> float:
+    """Samples of what a fit leaves per independent value, mean over the shots by their chi^2.
 
-    The sum of the squares of the residual's correlations, less the expectation of this sum for white noise.
+    Raises NoRestError, LostRotorError.
     """
-    found, weights = [], []
-    for shot, values in zip(fit.shots, fit.values, strict=True):
-        rows = shot.residual(values, fit.window_s)[0].reshape(len(shot.sd), -1)
-        n = rows.shape[1]
-        size = next_fast_len(2 * n, real=True)
-        lags = irfft(np.sum(np.abs(rfft(rows, size, axis=1)) ** 2, axis=0), size)[:n]
-        found.append(max(1.0, 2.0 * float(np.sum((lags / lags[0]) ** 2)) - 2.0))
-        weights.append(float(lags[0]))
-    return float(np.average(found, weights=weights))
+    rows = [s.residual(v, fit.window_s)[0].reshape(len(s.sd), -1) for s, v in zip(fit.shots, fit.values, strict=True)]
+    return float(np.average([samples_per_value(each) for each in rows], weights=fit.chi2))
 
 
 def longest_s(shots: Sequence[RotorShot]) -> float:
