@@ -35,6 +35,10 @@ class RigidBody:
     side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]
     # m/s of slip below which a jewel's contact creeps, at the start [unset]
     creep_m_per_s: float = 2e-3
+    creep_spin_ln: float = 1.6  # logarithm of the spin, rad/s, likewise [unset]
+    # creep_law of a jewel's contact: friction by slip s falls below c as s / sqrt(s^2 + c^2), or as s / (s + c) [physics]
+    creep_laws: tuple[float, ...] = (0.0, 1.0)
+    damping_axis_to_thread: float = 0.5  # between the rotor's own axis and the thread's, at the start [unset]
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
     jewel_distance_from_s: float = 0.5  # s of a window from which on a jewel's distance is free [unset]
     same_sigma: float = 1.0  # standard deviations by which two sizes of one error are the same minimum [unset]

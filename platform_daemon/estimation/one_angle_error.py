@@ -67,6 +67,7 @@ def one_angle_error(
         distance_m=known.geometry.distance_m(values["f_nat_hz"], values["m_r_am2"]),
         friction_coefficient=known.geometry.friction_coefficient,
         side_damping_per_s=LIMITS.usual_side_damping_per_s,
+        lean_damping_per_s=LIMITS.usual_side_damping_per_s,
         creep_m_per_s=LIMITS.usual_creep_m_per_s if jewel else 0.0,
     )
     drive = known.drive_from(fitted.first / rate)

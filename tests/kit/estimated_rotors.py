@@ -45,6 +45,7 @@ def true_rotor(specimen: Specimen, drive: CoilDrive = NO_DRIVE, **other: Any) ->
         "tf_over_i_rad_per_s2": rotor.tf_over_i_rad_per_s2,
         "friction_coefficient": float(body_parameters(rotor)[MU]),
         "side_damping_per_s": specimen.rotor.side_damping_per_s,
+        "lean_damping_per_s": specimen.rotor.side_damping_per_s,
         "creep_m_per_s": REST_SLIP_M_PER_S,
     }
     if defects:

@@ -180,13 +180,14 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         return None
     bearing = shots[0].geometry.bearing
     others = [f for f in alike if f is not best]
-    # The same error with the other sign, if the shots do not tell it, is not another effect: the error spans both.
+    # The same error with the other sign or law of creep, if the shots do not tell it, is not another effect: the error
+    # spans both.
     span = max((abs(f.strength[0] - strength) for f in others if f.defect == best.defect), default=0.0)
     return ManufacturingError(
         effect=effect_of(defect_of(best), bearing),
         strength=strength,
         std=math.hypot(std, span),
-        alike=tuple(sorted((_like_it(f, best) for f in others), key=lambda a: a.rise)),
+        alike=tuple(sorted((_like_it(f, best) for f in _one_law(others, best)), key=lambda a: a.rise)),
         fit=best,
         held_out=held_out,
         before_chi2=base.chi2,
@@ -194,6 +195,14 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         excess_sigma=excess_sigma,
         sure=sure,
     )
+
+
+def _one_law(others: Sequence[RotorFit], best: RotorFit) -> list[RotorFit]:
+    """Of each error and sign other than the named one, the law of creep that leaves least."""
+    found = {(best.defect, best.strength[0] > 0.0): best}
+    for fit in sorted(others, key=total_chi2):
+        found.setdefault((fit.defect, fit.strength[0] > 0.0), fit)
+    return [fit for fit in found.values() if fit is not best]
 
 
 def _excess_sigma(base: JointFit, fit: RotorFit) -> float:

@@ -41,10 +41,20 @@ class _Contestant:
         """Its kind."""
         return defect_of(self.fit)
 
+    @property
+    def law(self) -> float:
+        """By which the contact creeps."""
+        return self.fit.values[0].creep_law
+
+    @property
+    def kind(self) -> tuple[Defect, float]:
+        """Error and law."""
+        return self.defect, self.law
+
     def among(self, others: Sequence[_Contestant]) -> bool:
         """One of them is the same kind with the same size."""
         size, std = self.fit.strength
-        return any(o.defect == self.defect and abs(o.fit.strength[0] - size) < _LIMITS.same_sigma * std for o in others)
+        return any(o.kind == self.kind and abs(o.fit.strength[0] - size) < _LIMITS.same_sigma * std for o in others)
 
 
 def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]]:
@@ -78,21 +88,24 @@ def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
     if shot.geometry.bearing == "thread" or window_s > _LIMITS.jewel_distance_from_s:
         return ()
     damped = window_s > _LIMITS.sign_window_s
-    held = ("distance_m", "creep_m_per_s")
-    return held if damped else (*held, "lambda_per_s", "side_damping_per_s")
+    losses = ("creep_m_per_s", "creep_spin_ln", "lambda_per_s", "side_damping_per_s", "lean_damping_per_s")
+    return ("distance_m",) if damped else ("distance_m", *losses)
 
 
 def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     """Fits of one shot with each defect, and sign of it, that it cannot exclude, the best first.  Raises RotorFitError.
 
-    In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.
+    In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.  So are
+    the laws by which a jewel's contact creeps: near rest it is not Coulomb's, and which other one is not known.
     """
     starts = []
     for begun, known in _begun(shot, pool):
         # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
         found = begun.values[0]
         distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
-        starts.append((defect_of(begun), replace(found, distance_m=distance_m), replace(known, distance_m=distance_m)))
+        for law in _LIMITS.creep_laws if shot.geometry.bearing == "jewel" else (0.0,):
+            numbers = {"distance_m": distance_m, "creep_law": law}
+            starts.append((defect_of(begun), found.with_numbers(numbers), known.with_numbers(numbers)))
     field: list[_Contestant] = []
     longest = longest_s([shot])
     for window_s in windows_s(2.0 * _LIMITS.sign_window_s, longest):
@@ -112,14 +125,20 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
         field.sort(key=lambda c: total_chi2(c.fit))
         if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
             raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
-        field = [c for c in field if rise(c.fit, field[0].fit) < FIT_LIMITS.rigid_rotor.rival_chi2]
-    best: dict[tuple[Defect, bool], RotorFit] = {}
+        # While the creep is held, the laws of it cannot be compared.
+        ahead = {c.law if "creep_m_per_s" in held else 0.0: c.fit for c in reversed(field)}
+        field = [
+            c
+            for c in field
+            if rise(c.fit, ahead[c.law if "creep_m_per_s" in held else 0.0]) < FIT_LIMITS.rigid_rotor.rival_chi2
+        ]
+    best: dict[tuple[Defect, float, bool], RotorFit] = {}
     for c in field:
-        best.setdefault((c.defect, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
+        best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
     # A kind that has not begun or went astray in a window begins from the one that explains the whole shot.
     leader = next(iter(best.values()))
     late = []
-    for missing in [d for d in DEFECTS if d not in {d for d, _ in best}]:
+    for missing in [d for d in DEFECTS if d not in {d for d, *_ in best}]:
         with suppress(RotorFitError):
             again = replace(shot, values=_instead(leader, missing, field[0].known, pool))
             late.append(fit_rotor([again], missing, pool, first_window_s=_LIMITS.exchange_window_s, beside=leader))

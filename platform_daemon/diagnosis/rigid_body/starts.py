@@ -100,6 +100,7 @@ def _grid(shot: RotorShot) -> Iterator[Start]:
                 f_nat_hz=f_nat_hz,
                 distance_m=shot.geometry.distance_m(f_nat_hz, begun[share].m_r_am2),
                 side_damping_per_s=side_damping_per_s,
+                lean_damping_per_s=side_damping_per_s,
             )
             yield Start(defect, known.with_numbers({defect: float(sign * part * largest)}), known)
 

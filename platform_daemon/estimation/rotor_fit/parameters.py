@@ -15,9 +15,16 @@ Start = Literal["rest", "swing", "free"]
 """Of a shot: the drive finds the rotor at rest, or in the swing of the shot before; or nothing is known of the drive,
 and the motion begins with the first sample in any state."""
 DEFECTS: tuple[Defect, ...] = ("stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m")
-HELD_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "creep_m_per_s")
+HELD_WITH_A_DEFECT = (
+    "distance_m",
+    "side_damping_per_s",
+    "lean_damping_per_s",
+    "damping_axis_to_thread",
+    "creep_m_per_s",
+    "creep_spin_ln",
+)
 """What belongs to a specimen as its defect does: fits with an adopted defect hold both."""
-KNOWN_WITH_A_DEFECT = (*HELD_WITH_A_DEFECT, "friction_coefficient")
+KNOWN_WITH_A_DEFECT = (*HELD_WITH_A_DEFECT, "creep_law", "friction_coefficient")
 """With what differs from shot to shot, where fits with an adopted defect begin."""
 
 
@@ -67,12 +74,23 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: S
     ]
     common.append(
         FreeParameter(
+            name="lean_damping_per_s",
+            step=LIMITS.step_per_s,
+            sd=LIMITS.side_damping_sd_per_s,
+            common=True,
+        )
+    )
+    common.append(
+        FreeParameter(
             name="distance_m",
             step=LIMITS.step_m,
             sd=LIMITS.distance_sd_m,
             common=True,
         )
     )
+    if geometry.bearing == "thread":
+        name = "damping_axis_to_thread"
+        common.append(FreeParameter(name=name, step=LIMITS.step_share, sd=LIMITS.damping_axis_sd, common=True))
     for defect in defects:
         step = LIMITS.step_m if defect == "lateral_displacement_m" else LIMITS.step_rad
         common.append(FreeParameter(name=defect, step=step, common=True))
@@ -82,6 +100,14 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: S
         own.append(FreeParameter(name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd))
         common.append(
             FreeParameter(name="creep_m_per_s", step=LIMITS.step_creep_m_per_s, sd=LIMITS.creep_sd_m_per_s, common=True)
+        )
+        common.append(
+            FreeParameter(
+                name="creep_spin_ln",
+                step=LIMITS.step_creep_spin_ln,
+                sd=LIMITS.creep_spin_ln_sd,
+                common=True,
+            )
         )
     return (*own, *common)
 

@@ -37,9 +37,16 @@ class RigidRotorThresholds:
     rest_farthest: float = tuned(
         0.8, "1", "displacement of the held point over its link, beyond which there is no rest"
     )
-    creep_spin_rad_per_s: float = tuned(
-        3e-4, "rad/s", "spin below which a jewel's contact creeps: a millionth of the main mode's speed"
+    slowest_spin_rad_per_s: float = tuned(
+        0.1,
+        "rad/s",
+        "spin below which any contact creeps, 1e-4 of the swing's speed: a step of the torque at rest would make the "
+        "differences of neighbours noisy",
+        AGREEMENT,
     )
+
+    most_creep_ln: float = tuned(10.0, "1", "the same above which more makes no difference: 20 times the swing's speed")
+    no_creep_ln: float = tuned(-10.0, "1", "logarithm of the spin, rad/s, at which a contact does not creep")
 
     # What one angle leaves out: one_angle_error
     usual_side_damping_per_s: float = tuned(5.0, "1/s", "of side modes where no fit tells it", STUDY)
@@ -48,16 +55,26 @@ class RigidRotorThresholds:
     )
 
     # Least squares: rotor_fit
-    step_f_nat_hz: float = tuned(3e-7, "Hz", "of the difference for f_nat")
-    step_m_r_am2: float = tuned(1e-8, "A m^2", "of the difference for m_r")
-    step_rad: float = tuned(3e-8, "rad", "of the difference for angles and ratios")
-    step_s: float = tuned(1e-9, "s", "of the difference for the delay")
-    step_per_s: float = tuned(1e-6, "1/s", "of the difference for dampings")
-    step_m: float = tuned(1e-10, "m", "of the difference for a displacement")
-    step_speed_rad_per_s: float = tuned(1e-4, "rad/s", "of the difference for the speed at the start")
-    step_creep_m_per_s: float = tuned(1e-8, "m/s", "of the difference for the slip below which a contact creeps")
+    step_f_nat_hz: float = tuned(1e-5, "Hz", "of the difference for f_nat")
+    step_m_r_am2: float = tuned(3e-7, "A m^2", "of the difference for m_r")
+    step_rad: float = tuned(1e-6, "rad", "of the difference for angles and ratios")
+    step_s: float = tuned(3e-8, "s", "of the difference for the delay")
+    step_per_s: float = tuned(3e-5, "1/s", "of the difference for dampings")
+    step_m: float = tuned(3e-9, "m", "of the difference for a displacement")
+    step_speed_rad_per_s: float = tuned(3e-3, "rad/s", "of the difference for the speed at the start")
+    step_creep_m_per_s: float = tuned(3e-7, "m/s", "of the difference for the slip below which a contact creeps")
+    step_creep_spin_ln: float = tuned(
+        1e-3, "1", "of the difference for the logarithm of the spin below which it creeps"
+    )
+    creep_spin_ln_sd: float = tuned(
+        3.0,
+        "1",
+        "how well that is known: a contact of 20 um that creeps below 1 mm/s creeps below 50 rad/s, others not at all",
+    )
+    step_share: float = tuned(1e-4, "1", "of the difference for the axis of the damping")
+    damping_axis_sd: float = tuned(0.5, "1", "how well that is known: from the rotor's own, 0, to the thread's, 1")
     creep_sd_m_per_s: float = tuned(2e-3, "m/s", "how well that is known")
-    step_friction_rad_per_s2: float = tuned(1e-3, "rad/s^2", "of the difference for T_f/I")
+    step_friction_rad_per_s2: float = tuned(3e-2, "rad/s^2", "of the difference for T_f/I")
     drive_size_sd: float = tuned(0.03, "1", "of the field over the commanded one: transmit calibration and coils")
     drive_delay_sd_s: float = tuned(1e-4, "s", "of the samples against the drive: filters and gates")
     drive_lag_s: float = tuned(

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 
 from platform_daemon.estimation.numerics.jit import part
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
 STATES = 13
 MOMENT, AXIS, OMEGA = 4, 7, 10
@@ -27,7 +28,8 @@ JEWEL, MASS, INERTIA, LINK, RADIUS = 0, 1, 2, 3, 4
 ANCHOR, STATOR, STATOR_MOMENT = 5, 8, 11  # (3,) each
 MOMENT_SIZE, WEIGHT = 14, 15  # A m^2; (3,) N
 DAMPING, SIDE_DAMPING, FRICTION, HERTZ, CREEP, CREEP_SPIN = 18, 19, 20, 21, 22, 23
-SLOTS = 24
+CREEP_LAW, LEAN_DAMPING, DAMPING_AXIS = 24, 25, 26
+SLOTS = 27
 
 # Field of the coils, (DRIVE_SLOTS,): amplitude along u, v, w, T; rad/s, phase of the current; time constant and end, s.
 FIELD, PULSATION, PHASE, LAG, END = 0, 3, 4, 5, 6
@@ -36,6 +38,7 @@ DRIVE_SLOTS = 7
 PERMEABILITY = 1e-7  # mu_0 / (4 pi), T m/A
 SPIN_LEVER = 3.0 * math.pi / 16.0  # eq:tf
 SLIP_BY_SPIN, SPIN_BY_SLIP = 8.0 / (3.0 * math.pi), 15.0 * math.pi / 16.0  # Zhuravlev's coefficients
+SLOWEST_SPIN = THRESHOLDS.rigid_rotor.slowest_spin_rad_per_s
 SETTLED = 40.0  # time constants after which nothing is left of a transient
 
 
@@ -83,8 +86,11 @@ def _friction(load, slip, spin, p):  # type: ignore[no-untyped-def]
         return 0.0, 0.0
     radius = p[21] * load ** (1.0 / 3.0)
     most = p[20] * load
-    turning = math.sqrt(spin * spin + p[23] * p[23])
-    creeping = math.sqrt(slip * slip + p[22] * p[22])
+    slow = p[24]
+    rest = SLOWEST_SPIN * SLOWEST_SPIN
+    turning = (1.0 - slow) * math.sqrt(spin * spin + p[23] * p[23] + rest)
+    turning += slow * (math.sqrt(spin * spin + rest) + p[23])
+    creeping = (1.0 - slow) * math.sqrt(slip * slip + p[22] * p[22]) + slow * (slip + abs(p[22]))
     by_slip = most / (creeping + SLIP_BY_SPIN * radius * turning)
     return by_slip, SPIN_LEVER * radius * most / (turning + SPIN_BY_SLIP * slip / radius)
 
@@ -111,11 +117,12 @@ def rates(t, y, p, drive, out):  # type: ignore[no-untyped-def]
         fx -= loss * (hx - radius * rx)
         fy -= loss * (hy - radius * ry)
         fz -= loss * (hz - radius * rz)
-        about = 2.0 * inertia * (p[18] - p[19]) * (wx * ax + wy * ay + wz * az)
-        loss = 2.0 * inertia * p[19]
-        tx -= loss * wx + about * ax
-        ty -= loss * wy + about * ay
-        tz -= loss * wz + about * az
+        lx, ly, lz = ax + p[26] * (nx - ax), ay + p[26] * (ny - ay), az + p[26] * (nz - az)
+        about = 2.0 * inertia * (p[18] - p[25]) * (wx * lx + wy * ly + wz * lz) / (lx * lx + ly * ly + lz * lz)
+        loss = 2.0 * inertia * p[25]
+        tx -= loss * wx + about * lx
+        ty -= loss * wy + about * ly
+        tz -= loss * wz + about * lz
         ix, iy, iz = wy * rz - wz * ry, wz * rx - wx * rz, wx * ry - wy * rx  # omega x (omega x axis)
         kx, ky, kz = (ty * az - tz * ay) / inertia, (tz * ax - tx * az) / inertia, (tx * ay - ty * ax) / inertia
         cosine = ax * nx + ay * ny + az * nz
@@ -140,8 +147,8 @@ def rates(t, y, p, drive, out):  # type: ignore[no-untyped-def]
         sz = hz - radius * (wx * ny - wy * nx)
         by_slip, by_spin = _friction(load, math.sqrt(sx * sx + sy * sy + sz * sz), abs(spin), p)
         sx, sy, sz = -by_slip * sx, -by_slip * sy, -by_slip * sz
-        about = (2.0 * inertia * (p[18] - p[19]) + by_spin) * spin
-        loss = 2.0 * inertia * p[19]
+        about = (2.0 * inertia * (p[18] - p[25]) + by_spin) * spin
+        loss = 2.0 * inertia * p[25]
         gx = (tx - loss * wx - about * nx - radius * (ny * sz - nz * sy)) / inertia
         gy = (ty - loss * wy - about * ny - radius * (nz * sx - nx * sz)) / inertia
         gz = (tz - loss * wz - about * nz - radius * (nx * sy - ny * sx)) / inertia

@@ -18,8 +18,10 @@ from .equations import (
     ANCHOR,
     AXIS,
     CREEP,
+    CREEP_LAW,
     CREEP_SPIN,
     DAMPING,
+    DAMPING_AXIS,
     DRIVE_SLOTS,
     END,
     FIELD,
@@ -28,6 +30,7 @@ from .equations import (
     INERTIA,
     JEWEL,
     LAG,
+    LEAN_DAMPING,
     LINK,
     MASS,
     MOMENT,
@@ -129,7 +132,10 @@ class RotorValues:
 
     f_nat_hz: of the magnets without manufacturing errors (eq:omega_nat); distance_m: of the magnets' centres, which the
     temperature does not change, as it does their moments; tf_over_i_rad_per_s2: dry friction of a
-    jewel's contact when it only spins, undeflected; creep_m_per_s: slip below which the contact creeps; tilts and
+    jewel's contact when it only spins, undeflected; lambda_per_s: damps the turning about the main axis, which is the
+    rotor's own or, by a share damping_axis_to_thread, the thread's; side_damping_per_s: damps its centre's motion,
+    lean_damping_per_s its turning about the other axes; creep_m_per_s: slip below which the
+    contact creeps; creep_spin_ln: natural logarithm of the spin below which it creeps over 1 rad/s; creep_law: 0, the friction falls there as s / sqrt(s^2 + c^2), 1, as s / (s + c); tilts and
     displacement as in fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's
     moment against the thread or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes;
     turn_*_rad: rotation vector by which it is turned, in u, v, w; drive_size: times the stated field; drive_delay_s: of
@@ -147,7 +153,11 @@ class RotorValues:
     tf_over_i_rad_per_s2: float = 0.0
     friction_coefficient: float = 0.0
     side_damping_per_s: float = 0.0
+    lean_damping_per_s: float = 0.0
+    damping_axis_to_thread: float = 0.0
     creep_m_per_s: float = 0.0
+    creep_spin_ln: float = LIMITS.no_creep_ln
+    creep_law: float = 0.0
     stator_tilt_rad: float = 0.0
     bearing_tilt_rad: float = 0.0
     lateral_displacement_m: float = 0.0
@@ -241,7 +251,12 @@ class RigidRotor:
         p[DAMPING], p[SIDE_DAMPING] = v.lambda_per_s, v.side_damping_per_s
         p[FRICTION] = v.friction_coefficient
         p[HERTZ] = self.contact_radius_m / self._pull_n ** (1.0 / 3.0)
-        p[CREEP], p[CREEP_SPIN] = v.creep_m_per_s, LIMITS.creep_spin_rad_per_s
+        p[LEAN_DAMPING], p[DAMPING_AXIS] = v.lean_damping_per_s, v.damping_axis_to_thread
+        p[CREEP], p[CREEP_SPIN], p[CREEP_LAW] = (
+            v.creep_m_per_s,
+            math.exp(min(v.creep_spin_ln, LIMITS.most_creep_ln)),
+            v.creep_law,
+        )
         return p
 
     @cached_property
@@ -259,7 +274,7 @@ class RigidRotor:
         if not (self.values.distance_m > self.geometry.radius_m and self.values.m_r_am2 > 0.0):
             raise NoRestError(f"magnets {self.values.distance_m:.3g} m apart with {self.values.m_r_am2:.3g} A m^2")
         p = self.parameters.copy()
-        p[[FRICTION, DAMPING, SIDE_DAMPING]] = 0.0
+        p[[FRICTION, DAMPING, SIDE_DAMPING, LEAN_DAMPING]] = 0.0
         still = np.zeros(DRIVE_SLOTS)
         tilt = 0.0 if p[JEWEL] else self.values.bearing_tilt_rad
         moment, axis = np.array([math.cos(tilt), 0.0, -math.sin(tilt)]), np.array([0.0, 0.0, 1.0])
