@@ -11,7 +11,10 @@ from .reference_file import Reference
 from .shots import Shots
 
 _QUANTITY, _UNITS = "temperature", ("degC", "°C")
-NOTE = "the reference is the thermometer of the platform, as it was read with each shot"
+NOTE = (
+    "the reference is the thermometer of the platform as it was read with each shot; nothing says by how much a reading"
+    " scatters, which makes the curve less steep: give readings with their uncertainty if that matters"
+)
 
 
 def thermometer_readings(shots: Shots, measurand: Measurand, where: str) -> Reference:

@@ -49,10 +49,13 @@ def calibration_by(
     shots = joined(list(taken.values()))
     readings = thermometer_readings(shots, measurand, specimen.name) if reference is None else reference[0]
     made = calibrated(specimen.name, measurand, shots, readings, 0)
-    if reference is None:
+    found: dict[str, object] = {"files": file_digests(taken)}
+    if reference is None:  # f changes with the temperature: that is the curve
         notes.append(NOTE)
-    files = (*(() if reference is None else (reference[1],)), *file_digests(taken))
-    return made.model_copy(update={"files": files, "notes": (*made.notes, *notes)})
+        found["by_temperature_hz_per_k"] = None
+    else:
+        found["files"] = (reference[1], *file_digests(taken))
+    return made.model_copy(update={**found, "notes": (*made.notes, *notes)})
 
 
 def _taken(
@@ -107,4 +110,4 @@ def _other(file: Path, name: str, wanted: str) -> InputError:
 
 
 def _listed(names: Counter[str]) -> str:
-    return ", ".join(f"{name or 'no name'!s} ({count})" for name, count in names.most_common(_NAMES))
+    return ", ".join(f"{name or 'no name'} ({count})" for name, count in names.most_common(_NAMES))
