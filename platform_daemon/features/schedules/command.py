@@ -16,8 +16,6 @@ from platform_daemon.core.command_line.csv_table import write_csv
 from platform_daemon.core.command_line.options import CsvOption, ForceOption, JsonOption
 from platform_daemon.core.command_line.output import must_not_exist, write_json
 
-from .named import named_id
-
 if TYPE_CHECKING:
     from platform_daemon.core.service.proxy import PlatformServiceProxy
 
@@ -206,6 +204,8 @@ def _say_at_once(every_s: float | None, start: str | None) -> None:
 
 
 def _id(given: str, data: Path) -> str:
+    from .named import named_id
+
     return named_id(schedules_of(data), given)
 
 

@@ -95,11 +95,11 @@ def _taken(
 
 
 def _notes(series: Series, taken: Mapping[Path, Shots], others: Counter[str]) -> list[str]:
-    notes = [f"by {len(taken)} recordings of the schedule {series.schedule!r}"]
+    notes = [f"recordings of the schedule {series.schedule!r}: {len(taken)}"]
     if others:
-        notes.append(f"recordings of other resonators were left out: {_listed(others)}")
+        notes.append(f"of other resonators, and left out: {_listed(others)}")
     if series.missing:
-        notes.append(f"recordings of the ledger that are not there any more: {series.missing}")
+        notes.append(f"not there any more: {series.missing}")
     return notes
 
 

@@ -44,7 +44,7 @@ def test_by_a_schedule_everywhere_the_same(daemon, recording, tmp_path):
     made = json.loads(told.read_text())
     assert (made["pairs"], made["dropped"], made["version"]) == (SHOTS, 0, 1)
     assert [each["file"] for each in made["files"]] == [f"{recording}.h5"]
-    assert "by 1 recordings of the schedule 'warming'" in made["notes"]
+    assert "recordings of the schedule 'warming': 1" in made["notes"]
     assert slope(made) == pytest.approx(PER_K_HZ, abs=0.1)
     assert made["by_temperature_hz_per_k"] is None
 

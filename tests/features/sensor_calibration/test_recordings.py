@@ -128,9 +128,9 @@ def test_recordings_of_another_resonator_are_refused_by_name_and_left_out_of_a_r
         calibration_by(specimen, [*mine, other], None)
     made = calibration_by(specimen, Series("nightly", (*mine, other), 3), None)
     assert [each.file for each in made.files] == ["0.h5", "1.h5", "2.h5"]
-    assert "by 3 recordings of the schedule 'nightly'" in made.notes
-    assert "recordings of other resonators were left out: another one (1)" in made.notes
-    assert "recordings of the ledger that are not there any more: 3" in made.notes
+    assert "recordings of the schedule 'nightly': 3" in made.notes
+    assert "of other resonators, and left out: another one (1)" in made.notes
+    assert "not there any more: 3" in made.notes
     with pytest.raises(
         InputError, match=r"nightly: the schedule has no recording of 'paper jewel.*of another one \(1\)"
     ):
