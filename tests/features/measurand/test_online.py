@@ -190,6 +190,22 @@ def test_the_picture_of_a_trend_of_a_sensor_is_in_its_unit(calibration, tmp_path
     assert [axes.get_ylabel() for axes in plain.axes] == [f_nat.get_ylabel(), ""]
 
 
+def test_a_point_is_read_once_and_anew_by_a_new_calibration(calibration, tmp_path, monkeypatch):
+    made = []
+    reading_of = readings_of_trends.reading_of
+    monkeypatch.setattr(readings_of_trends, "reading_of", lambda *a, **k: made.append(a) or reading_of(*a, **k))
+    pressures = [985.5, 995.5, 1005.5]
+    first = _trend_of(pressures, calibration, tmp_path / "a", monkeypatch).measurand
+    assert len(made) == 3
+    assert _trend_of(pressures, calibration, tmp_path / "b", monkeypatch).measurand == first
+    assert len(made) == 3
+    offset = {**calibration.parameters, "p0": calibration.parameters["p0"] + 0.06}
+    other = calibration.model_copy(update={"parameters": offset})
+    changed = _trend_of(pressures, other, tmp_path / "c", monkeypatch).measurand
+    assert len(made) == 6
+    assert np.subtract(changed.value, first.value) == pytest.approx([1.0] * 3, abs=0.2)
+
+
 def _trend_of(pressures, calibration, folder, monkeypatch):
     """Recordings of a day each; of the first points one shot, of later ones more."""
     Measurands(folder).add(calibration)
