@@ -97,6 +97,7 @@ OPERATIONS: dict[str, Operation] = {
     "read_measurand": _get("/recordings/{identifier}/measurand", "Recording.measurand"),
     "list_measurands": _get("/measurands", "Client.measurands"),
     "get_measurand": _get("/measurands/{name}", "Client.measurand"),
+    "calibrate_measurand": _post("/measurands", "Resonators.calibrate"),
     "get_frame_plot": _get("/recordings/{identifier}/frames/{frame}/plot", "Recording.plot_data"),
     "list_specimens": _get("/specimens", "Specimens.list"),
     "get_specimen": _get("/specimens/{specimen}", "SpecimenHandle.get"),

@@ -5,11 +5,13 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel
 
 from drivers.errors import ConfigError, InputError
+from drivers.text_files import read_text_file
 from drivers.validation import validated
 from platform_daemon.core.schemas.base import attribute_docstrings
 from platform_daemon.features.sweep.keys import keys_of
@@ -25,6 +27,15 @@ _LIMITS = {"gt": "above {}", "ge": "at least {}", "lt": "below {}", "le": "at mo
 def several(value: str | Sequence[str]) -> tuple[str, ...]:
     """One value, or several, as several."""
     return (value,) if isinstance(value, str) else tuple(value)
+
+
+def text_of(path: Path, where: str) -> str:
+    """The text of a file that becomes a value of a request.  Raises InputError for one that cannot be read."""
+    try:
+        return read_text_file(path)
+    except (OSError, ValueError) as error:
+        remedy = "give the path of a file in UTF-8, or the text itself"
+        raise InputError("the file cannot be read", where=where, why=str(error), remedy=remedy) from None
 
 
 def request_from(

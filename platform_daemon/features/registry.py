@@ -15,6 +15,7 @@ FEATURES = (
     "fit",
     "budget",
     "measurand",
+    "sensor_calibration",
     "certificate",
     "design",
     "diagnose",

@@ -8,13 +8,15 @@ from typing import Any
 
 from drivers.specimen import Specimen
 from platform_daemon.client.answers import not_found
-from platform_daemon.client.requests import request_from
+from platform_daemon.client.requests import request_from, takes, text_of
 from platform_daemon.client.works import work_of
 from platform_daemon.core.schemas.platform import CatalogueEntry, ResonatorInfo, SequenceInfo
 from platform_daemon.core.schemas.requests import SequencePatch
 from platform_daemon.features.design.schema import DesignReport
+from platform_daemon.features.measurand.schema import MeasurandCalibration
 from platform_daemon.features.models.schema import AdoptedModelReport, AdoptedModelSummary, RetirementRequest
 from platform_daemon.features.schedules.schema import LedgerRow, Schedule, SchedulePreview, ScheduleRequest
+from platform_daemon.features.sensor_calibration.schema import MeasurandRequest
 from platform_daemon.features.trends.schema import Baseline, BaselineRequest, SpecimenPage, TrendReport
 
 from .transport import Transport
@@ -205,6 +207,19 @@ class Resonators:
         """Add one; specimen: as `get` returns them, or its keys.  Raises Conflict if the name is taken."""
         body = specimen if isinstance(specimen, Specimen) else request_from(Specimen, specimen, "resonators.add")
         return self._transport.post(CatalogueEntry, "add_resonator", body, {"name": name})
+
+    @takes(MeasurandRequest)
+    def calibrate(self, specimen: str, **values: Any) -> MeasurandCalibration:
+        """Calibrate one as a sensor, by the recordings of a `schedule` or by `recordings`.
+
+        reference: readings of the reference as CSV, their text or the `Path` of a file; None: the platform's
+        thermometer, for a measurand `temperature` in degC.
+        """
+        given = {name: value for name, value in values.items() if value is not None}
+        if isinstance(reference := given.get("reference"), Path):
+            given["reference"] = text_of(reference, "reference")
+        body = request_from(MeasurandRequest, {"specimen": specimen, **given}, "resonators.calibrate")
+        return self._transport.post(MeasurandCalibration, "calibrate_measurand", body)
 
     def design(self, name: str) -> DesignReport:
         """What the design equations of the paper say of the one of that name."""

@@ -1,4 +1,4 @@
-"""`platform-daemon measurand`: a resonator as a sensor."""
+"""`platform-daemon measurand read | list`; the feature `sensor_calibration` adds `calibrate`, and has the command."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import typer
 from drivers.errors import InputError
 from platform_daemon.core.command_line.csv_table import write_csv
 from platform_daemon.core.command_line.options import CsvOption, ForceOption, JsonOption
-from platform_daemon.core.command_line.output import must_not_exist, say_note, write_json
+from platform_daemon.core.command_line.output import must_not_exist, write_json
 
 measurand_app = typer.Typer(
     help="Use a resonator as a sensor: calibrate against a reference, read with uncertainty, list.",
@@ -20,46 +20,6 @@ FolderOption = Annotated[
     Path, typer.Option("--measurands", help="Folder of the calibrations; default: where `serve` keeps them.")
 ]
 DEFAULT_FOLDER = Path("data", "measurands")
-
-
-@measurand_app.command("calibrate")
-def calibrate(
-    specimen: Annotated[str, typer.Argument(help="Resonator, by name or file, with [measurand].")],
-    files: Annotated[list[Path], typer.Argument(help="Recordings made while the reference was read.")],
-    *,
-    reference: Annotated[Path, typer.Option(help="CSV: time,NAME [UNIT],u [UNIT]; times with their zone.")],
-    measurands: FolderOption = DEFAULT_FOLDER,
-    json_file: JsonOption = None,
-    force: ForceOption = False,
-) -> None:
-    """Calibrate a resonator against a reference: pairs matched in time, errors in both, checked, kept as a version."""
-    from platform_daemon.core.command_line.progress import compile_fit
-    from platform_daemon.core.settings import load_specimen
-    from platform_daemon.features.fit.fit_request import FitSettings
-    from platform_daemon.features.fit.measurement import open_shots_for_fit
-
-    from .library import Measurands
-    from .reference_file import read_reference
-    from .report import calibration_text
-    from .shots import joined, shots_of
-    from .work import calibrated, declared_measurand
-
-    must_not_exist(json_file, force, ".json")
-    found, _ = load_specimen(specimen)
-    measurand = declared_measurand(found, specimen)
-    readings = read_reference(reference, measurand)
-    parts = []
-    compile_fit()
-    for file in files:
-        measurement, ask = open_shots_for_fit(file, FitSettings(None, "d30"))
-        say_note(measurement.path, measurement.other_layout)
-        parts.append(shots_of(measurement, ask))
-    shots = joined(parts)
-    used = (reference, *files)
-    made = calibrated(found.name, measurand, shots, readings, 0, used)
-    kept = Measurands(measurands).add(made)
-    write_json(json_file, kept)
-    print(calibration_text(kept))
 
 
 @measurand_app.command("read")

@@ -34,12 +34,13 @@ class Reference:
     u: Array
 
     def covered(self, times_s: Array) -> NDArray[np.bool_]:
-        """Which times lie between two readings that are not far apart, (m,)."""
+        """Which times are those of readings, or lie between two that are not far apart, (m,)."""
         steps = np.diff(self.times_s)
         place = np.searchsorted(self.times_s, times_s)
+        there = self.times_s[np.minimum(place, len(self.times_s) - 1)] == times_s
         inside = (place > 0) & (place < len(self.times_s))
         wide = steps > _GAP * float(np.median(steps))
-        found: NDArray[np.bool_] = inside & ~wide[np.clip(place - 1, 0, len(steps) - 1)]
+        found: NDArray[np.bool_] = there | (inside & ~wide[np.clip(place - 1, 0, len(steps) - 1)])
         return found
 
     def at(self, times_s: Array, lag_s: float = 0.0) -> tuple[Array, Array]:
@@ -70,33 +71,46 @@ def _low_pass(times_s: Array, values: Array, lag_s: float) -> Array:
 
 
 def read_reference(path: Path, measurand: Measurand) -> Reference:
-    """The file: a heading `time,NAME [UNIT]` or `time,NAME [UNIT],u [UNIT]`, times in ISO 8601 with their zone.
+    """The readings in a file, see `reference_from`.  Raises InputError for a file that cannot be read, too."""
+    try:
+        text = read_text_file(path)
+    except (OSError, ValueError) as error:
+        raise _unreadable(str(path), error) from None
+    return reference_from(text, str(path), measurand)
+
+
+def reference_from(text: str, where: str, measurand: Measurand) -> Reference:
+    """Readings as CSV: a heading `time,NAME [UNIT]` or `time,NAME [UNIT],u [UNIT]`, times in ISO 8601 with their zone.
 
     Raises InputError for another unit, a time without a zone or out of order, an uncertainty that is not above 0, and
-    anything that is no number.
+    anything that is no number.  where: as messages name it.
     """
     try:
-        rows = list(csv.reader(read_text_file(path).splitlines()))
-    except (OSError, ValueError, csv.Error) as error:
-        remedy = "give a CSV file in UTF-8"
-        raise InputError("the reference cannot be read", where=str(path), why=str(error), remedy=remedy) from None
+        rows = list(csv.reader(text.splitlines()))
+    except csv.Error as error:
+        raise _unreadable(where, error) from None
     if sum(map(bool, rows)) < 3:
         remedy = "give a heading and a line for each reading"
-        raise InputError("fewer than two readings", where=str(path), remedy=remedy)
-    with_u = _check_heading(path, rows[0], measurand)
-    table = [_line(path, number, row, with_u) for number, row in enumerate(rows[1:], start=2) if row]
+        raise InputError("fewer than two readings", where=where, remedy=remedy)
+    with_u = _check_heading(where, rows[0], measurand)
+    table = [_line(where, number, row, with_u) for number, row in enumerate(rows[1:], start=2) if row]
     times, values, u = (np.array(column) for column in zip(*table, strict=True))
     if (np.diff(times) <= 0.0).any():
         number = int(np.argmax(np.diff(times) <= 0.0)) + 3
         remedy = "sort the readings, each time once"
-        raise InputError("the time is not after the one before", where=f"{path}, line {number}", remedy=remedy)
+        raise InputError("the time is not after the one before", where=f"{where}, line {number}", remedy=remedy)
     return Reference(times, values, u)
 
 
-def _check_heading(path: Path, heading: list[str], measurand: Measurand) -> bool:
+def _unreadable(where: str, error: Exception) -> InputError:
+    remedy = "give a CSV file in UTF-8"
+    return InputError("the reference cannot be read", where=where, why=str(error), remedy=remedy)
+
+
+def _check_heading(place: str, heading: list[str], measurand: Measurand) -> bool:
     """Whether there is a column with uncertainties."""
     wanted = f"time,{measurand.name} [{measurand.unit}],u [{measurand.unit}]"
-    where, remedy = f"{path}, line 1", f"write the heading {wanted!r}; u may be missing"
+    where, remedy = f"{place}, line 1", f"write the heading {wanted!r}; u may be missing"
     if len(heading) not in (2, 3) or heading[0].strip() != "time":
         raise InputError("the heading is not that of a reference", where=where, remedy=remedy)
     for column, name in zip(heading[1:], (measurand.name, "u"), strict=False):
@@ -111,8 +125,8 @@ def _check_heading(path: Path, heading: list[str], measurand: Measurand) -> bool
     return len(heading) == 3
 
 
-def _line(path: Path, number: int, row: list[str], with_u: bool) -> tuple[float, float, float]:
-    where = f"{path}, line {number}"
+def _line(place: str, number: int, row: list[str], with_u: bool) -> tuple[float, float, float]:
+    where = f"{place}, line {number}"
     if len(row) != 2 + with_u:
         raise InputError(f"{len(row)} cells", where=where, remedy=f"give {2 + with_u}, as the heading has them")
     try:

@@ -99,7 +99,8 @@ class MeasurandCalibration(Schema):
     drift_hz_per_day: ResidualTest
     """Change of f with time, Hz per day."""
     by_temperature_hz_per_k: ResidualTest | None
-    """Change of f with the temperature where it is not corrected for, Hz/K; null: it is, or was not measured."""
+    """Change of f with the temperature where it is not corrected for, Hz/K; null: it is, was not measured,
+    or is the quantity itself, as the platform's thermometer has read it."""
     cross_validation: CrossValidationReport
     """What it is worth for readings that it was not made of."""
     reference: ReferenceU | None

@@ -77,7 +77,7 @@ def add(
     rest = {"grace_s": grace_s, "policy": policy, "priority": priority, "max_failures": max_failures}
     span = {"start": start, "until": until}
     request = _request({"name": name, "trigger": trigger, **_work(work, resonators, shots), **rest, **span})
-    made = _daemon(data).add(request)
+    made = schedules_of(data).add(request)
     print(f"{made.id}: next {made.next_due or 'never'}")
     _say_at_once(every_s, start)
 
@@ -101,7 +101,7 @@ def preview(
     trigger = _trigger(every_s, cron, at, time_zone, jitter_s)
     span = {"start": start, "until": until}
     request = _request({"name": "preview", "trigger": trigger, **_work(work, resonators, shots), **span})
-    for due in _daemon(data).preview(request, count):
+    for due in schedules_of(data).preview(request, count):
         print(due)
     _say_at_once(every_s, start)
 
@@ -115,7 +115,7 @@ def list_all(
 
     must_not_exist(json_file, force, ".json")
     must_not_exist(csv_file, force, ".csv")
-    found = _daemon(data).list()
+    found = schedules_of(data).list()
     write_json(json_file, ScheduleListing(items=found))
     write_csv(csv_file, found)
     for each in found:
@@ -137,7 +137,7 @@ def ledger(
 
     must_not_exist(json_file, force, ".json")
     must_not_exist(csv_file, force, ".csv")
-    page = _daemon(data).page(_id(identifier, data), after, limit)
+    page = schedules_of(data).page(_id(identifier, data), after, limit)
     page = with_readings(page, data / "recordings", data / "measurands")
     write_json(json_file, page)
     write_csv(csv_file, page.items)
@@ -152,26 +152,26 @@ def ledger(
 @schedule_app.command()
 def pause(identifier: IdArgument, data: DataOption = DATA) -> None:
     """Suspend a schedule: it starts nothing more; a running job continues."""
-    _show(_daemon(data).pause(_id(identifier, data)))
+    _show(schedules_of(data).pause(_id(identifier, data)))
 
 
 @schedule_app.command()
 def resume(identifier: IdArgument, data: DataOption = DATA) -> None:
     """Start again what is due from now on, also where the clock had been ahead."""
-    _show(_daemon(data).resume(_id(identifier, data)))
+    _show(schedules_of(data).resume(_id(identifier, data)))
 
 
 @schedule_app.command()
 def run(identifier: IdArgument, data: DataOption = DATA) -> None:
     """Start it once, now, in addition to its trigger."""
-    row = _daemon(data).run(_id(identifier, data))
+    row = schedules_of(data).run(_id(identifier, data))
     print(f"row {row.number} of the ledger, due {row.due}")
 
 
 @schedule_app.command()
 def remove(identifier: IdArgument, data: DataOption = DATA) -> None:
     """It starts nothing any more; its ledger stays."""
-    print(f"{_daemon(data).remove(_id(identifier, data)).id}: removed")
+    print(f"{schedules_of(data).remove(_id(identifier, data)).id}: removed")
 
 
 @schedule_app.command()
@@ -204,18 +204,12 @@ def _say_at_once(every_s: float | None, start: str | None) -> None:
 
 
 def _id(given: str, data: Path) -> str:
-    """The id of the schedule of this name or id.  Raises InputError for a name that several have."""
-    known = _daemon(data).list()
-    named = [each.id for each in known if each.request is not None and each.request.name == given]
-    if any(each.id == given for each in known) or not named:  # one that was removed has its ledger, and is not listed
-        return given
-    if len(named) > 1:
-        why, remedy = f"{len(named)} schedules have it", f"give one of the ids {', '.join(named)}"
-        raise InputError("the name is not unique", where=given, why=why, remedy=remedy)
-    return named[0]
+    from .named import named_id
+
+    return named_id(schedules_of(data), given)
 
 
-def _daemon(data: Path) -> ScheduleService:
+def schedules_of(data: Path) -> ScheduleService:
     """The schedules of the daemon in that folder.  Raises InputError if none works there."""
     service: ScheduleService = _proxy(data).service("schedules")
     return service

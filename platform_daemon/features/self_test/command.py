@@ -34,9 +34,9 @@ def self_test(
     from platform_daemon.core.command_line.jobs import run_job
     from platform_daemon.core.state.durable import write_file
 
-    from .declared import gain_declaration, read_self_test
+    from .declared import check_comparable, gain_declaration, read_self_test
     from .schema import SelfTestReport, SelfTestRequest
-    from .work import SelfTestWork
+    from .work import SelfTest, SelfTestWork
 
     if (since is None) != (declare is None):
         remedy = "give both: --since FIRST.json --declare gain.toml"
@@ -47,6 +47,10 @@ def self_test(
     heed_one_interrupt()
     with engine_of(where) as engine:
         make = partial(engine.calibration_in_use.make_chain_test, enabled=True)
+        if before is not None:  # a file that cannot be compared must not cost the tones
+            test = make()
+            assert isinstance(test, SelfTest)
+            check_comparable(test.coils, test.frequency_hz, before, str(since))
         job = run_job(engine, SelfTestWork(SelfTestRequest(), make))
     assert isinstance(job.result, SelfTestReport)
     write_json(result.json_file, job.result)

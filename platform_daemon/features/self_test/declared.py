@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Collection
 from datetime import datetime
 from pathlib import Path
 
@@ -41,6 +42,20 @@ def _check(found: SelfTestReport) -> None:
         datetime.fromisoformat(found.date)
 
 
+def check_comparable(coils: Collection[str], frequency_hz: float, before: SelfTestReport, where: str) -> None:
+    """Check before anything is driven that a self-test can be compared with an earlier one.
+
+    coils: that are driven; frequency_hz: of the tones, Hz; where: of the earlier one.  Raises InputError for an earlier
+    one of other coils, and for one at another frequency.
+    """
+    if set(coils) != before.isolation_db.keys():
+        what = f"it is of the coils {', '.join(before.isolation_db) or 'none'}, not of {', '.join(coils)}"
+        raise InputError(what, where=where, remedy="give a self-test of this platform")
+    if abs(frequency_hz / before.frequency_hz - 1.0) > _FREQUENCY:
+        what = f"its tones were of {before.frequency_hz:g} Hz, those of this one are of {frequency_hz:g} Hz"
+        raise InputError(what, where=where, remedy="give a self-test at the same self_test.frequency_hz")
+
+
 def gain_declaration(now: SelfTestReport, before: SelfTestReport, where: str) -> str:
     """TOML with `[uncertainty] gain`: by how much the gains have changed since an earlier self-test.
 
@@ -49,12 +64,7 @@ def gain_declaration(now: SelfTestReport, before: SelfTestReport, where: str) ->
     square over the coils, with as many degrees of freedom.  where: of the earlier one.  Raises InputError for tests
     that cannot be compared: of other coils, at another frequency, and a test with itself.
     """
-    if now.isolation_db.keys() != before.isolation_db.keys():
-        what = f"it is of the coils {', '.join(before.isolation_db)}, not of {', '.join(now.isolation_db)}"
-        raise InputError(what, where=where, remedy="give a self-test of this platform")
-    if abs(now.frequency_hz / before.frequency_hz - 1.0) > _FREQUENCY:
-        what = f"its tones were of {before.frequency_hz:g} Hz, those of this one are of {now.frequency_hz:g} Hz"
-        raise InputError(what, where=where, remedy="give a self-test at the same self_test.frequency_hz")
+    check_comparable(now.isolation_db, now.frequency_hz, before, where)
     changes = [10.0 ** ((before.isolation_db[coil] - now.isolation_db[coil]) / 20.0) - 1.0 for coil in now.isolation_db]
     u = math.sqrt(math.fsum(change**2 for change in changes) / len(changes))
     if u == 0.0:

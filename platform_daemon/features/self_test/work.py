@@ -48,9 +48,18 @@ class SelfTest:
         on = isinstance(platform.clock, SystemClock) if options.enabled is None else options.enabled
         self.enabled = on
         if on:
-            self._frequency_hz = played_hz(options.frequency_hz, side.card)
-            drives = [coil_drive(c, options.amplifier_v, self._frequency_hz) for c in side.channels]
-            self._shot, self._spans = coil_tones(drives, self._frequency_hz, options.tone_s, side)
+            drives = [coil_drive(c, options.amplifier_v, self.frequency_hz) for c in side.channels]
+            self._shot, self._spans = coil_tones(drives, self.frequency_hz, options.tone_s, side)
+
+    @property
+    def coils(self) -> tuple[str, ...]:
+        """The coils that are driven, by their axes."""
+        return tuple(channel.axis for channel in self._side.channels)
+
+    @property
+    def frequency_hz(self) -> float:
+        """Frequency of the tones as the card plays them, Hz."""
+        return played_hz(self._options.frequency_hz, self._side.card)
 
     def __call__(self, cancelled: Callable[[], bool] = lambda: False) -> SelfTestReport | None:
         """Make the shot and return what was measured, None if the self-test is off.
@@ -93,7 +102,7 @@ class SelfTest:
         value, std = [], []
         for burst, (first, last) in zip(self._shot.timeline.bursts, self._spans, strict=True):
             part = volts[:, first + skipped : last]
-            found = combine(segment_phasors(part, self._frequency_hz, rate_hz, skipped, SEGMENTS))
+            found = combine(segment_phasors(part, self.frequency_hz, rate_hz, skipped, SEGMENTS))
             value.append(found.value / burst.amplitude_v / self._response())
             std.append(found.std / burst.amplitude_v)
         return np.array(value).T, np.array(std).T
@@ -103,7 +112,7 @@ class SelfTest:
         c = self._platform.calibration
         if c.frequency_hz is None or c.frequency_response is None:
             return np.ones(len(c.sensitivity), dtype=np.complex128)
-        rows = [np.interp(self._frequency_hz, c.frequency_hz, row) for row in c.frequency_response]
+        rows = [np.interp(self.frequency_hz, c.frequency_hz, row) for row in c.frequency_response]
         return np.array(rows, dtype=np.complex128)
 
     def _channels(self) -> tuple[list[int], list[float]]:
@@ -157,9 +166,9 @@ class SelfTest:
         """Gain of each coil relative to what is expected, and the isolation seen."""
         own_heard = np.array([abs(heard[c, k]) for k, c in enumerate(own)])
         gains = np.array([c.amplifier_gain for c in self._side.channels]) * self._platform.lna.gain()
-        axes = [c.axis for c in self._side.channels]
+        axes = self.coils
         return SelfTestReport(
-            frequency_hz=self._frequency_hz,
+            frequency_hz=self.frequency_hz,
             gain=dict(zip(axes, (own_heard / expected).tolist(), strict=True)),
             isolation_db=dict(zip(axes, (-20 * np.log10(own_heard / gains)).tolist(), strict=True)),
             date=self._platform.clock.utc().isoformat(timespec="seconds"),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from platform_daemon.core.reporting.figures import COLOURS, as_written, new_figure, png_of, save_figure
 from platform_daemon.core.schemas.parameters import definition_of
 
-from .schema import TrendChart, TrendReport
+from .schema import TrendChart, TrendMeasurand, TrendReport
 
 _ROW_INCHES = 1.5
 
@@ -32,26 +32,50 @@ def save_trend_png(report: TrendReport, path: Path) -> None:
 def draw_trend(report: TrendReport) -> Figure:
     """A row per quantity: left its values, grey as measured, and at one temperature; right the chart and its limits.
 
-    Dashed: since when something has changed, with its name where it was noticed.
+    Of a specimen that is calibrated as a sensor the first row is what it reads, in the unit of its measurand: left with
+    U, right the weighted mean of the chart of its frequency between its limits.  Dashed: since when something has
+    changed, with its name where it was noticed.
     """
-    rows = max(len(report.charts), 1)
+    above = 0 if report.measurand is None else 1
+    rows = max(len(report.charts), 1) + above
     figure = new_figure(11, _ROW_INCHES * rows + 1.0)
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False, width_ratios=(3, 2))
     times = np.array([_day(point.at) for point in report.points])
     shots = sum(point.shots for point in report.points)
     figure.suptitle(f"{as_written(report.specimen)}: {shots} shots", fontsize=11)
-    for (left, right), chart in zip(panels, report.charts, strict=False):
+    if report.measurand is not None:
+        _readings(panels[0], times, report.measurand)
+    for (left, right), chart in zip(panels[above:], report.charts, strict=False):
         _values(left, times, chart)
         _chart(right, times, chart)
         _changes((left, right), report, chart)
-    panels[0, 0].legend(fontsize=7, loc="upper left", ncols=2)
-    panels[0, 1].set_title("control chart over its limit", fontsize=9)
+    panels[above, 0].legend(fontsize=7, loc="upper left", ncols=2)
+    panels[above, 1].set_title("control chart over its limit", fontsize=9)
     locator = AutoDateLocator()
     panels[-1, 0].xaxis.set_major_locator(locator)
     panels[-1, 0].xaxis.set_major_formatter(ConciseDateFormatter(locator))
     if any(point.clock == "simulated" for point in report.points):
         panels[-1, 0].set_xlabel("simulated time", fontsize=8)
     return figure
+
+
+def _readings(panels: NDArray[np.object_], times: NDArray[np.float64], told: TrendMeasurand) -> None:
+    """What a sensor reads; points that cannot be read are missing."""
+    left, right = panels
+    value, expanded, mean, low, high = (
+        np.array(column, dtype=float) for column in (told.value, told.U, told.smoothed, told.low, told.high)
+    )
+    left.errorbar(times, value, expanded, fmt=".", ms=2.5, lw=0.6, color=COLOURS[0])
+    left.set_title(as_written(f"{told.name} by {told.calibration}, with U (95 %)"), fontsize=9)
+    left.set_ylabel(as_written(f"{told.name} / {told.unit}"), fontsize=8)
+    right.fill_between(times, low, high, color="0.92", lw=0)
+    right.plot(times, mean, lw=1.0, color=COLOURS[0])
+    outside = (mean < low) | (mean > high)
+    right.plot(times, np.where(outside, mean, np.nan), lw=1.6, color=COLOURS[1])
+    right.set_title(as_written(f"weighted mean and limits / {told.unit}"), fontsize=9)
+    for axes in panels:
+        axes.ticklabel_format(axis="y", useOffset=False)
+        axes.tick_params(labelsize=7)
 
 
 def _values(axes: Axes, times: NDArray[np.float64], chart: TrendChart) -> None:

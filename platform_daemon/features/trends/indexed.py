@@ -47,7 +47,7 @@ def update_index(
 
 def find_recordings(folder: Path, wanted: Wanted) -> tuple[str, ...]:
     """Names of the files of what is looked for, by the index; times in any zone.  Raises InputError, StorageError."""
-    since, until = _between(wanted.since, wanted.until)
+    since, until = between(wanted.since, wanted.until)
     name = None if wanted.specimen is None else same_name(wanted.specimen)
     in_utc = replace(wanted, specimen=name, since=since, until=until)
     with closing(open_index(folder)) as index:
@@ -94,7 +94,7 @@ def indexed_trend(
     UnknownSpecimen, InputError, StorageError, RecordingError.
     """
     specimen = same_name(specimen)
-    begin, end = _between(since, until)
+    begin, end = between(since, until)
     accepted = baseline_of(folder, specimen) if since is None else None
     if accepted is not None:
         begin = _time(accepted.since, "since")
@@ -148,8 +148,8 @@ class UnknownSpecimen(InputError):
     http_status = 404
 
 
-def _between(since: str | None, until: str | None) -> tuple[str | None, str | None]:
-    """Both in UTC.  Raises InputError for what is no time, and for an end before the begin."""
+def between(since: str | None, until: str | None) -> tuple[str | None, str | None]:
+    """Two times of ISO 8601, both in UTC.  Raises InputError for what is no time, and for an end before the begin."""
     begin, end = _time(since, "since"), _until(until)
     if begin is not None and end is not None and end < begin:
         remedy = "name a time after `since`, or leave one of them out"

@@ -26,6 +26,7 @@ from platform_daemon.features.measurand.work import calibrated
 from platform_daemon.features.schedules.readings import with_readings as ledger_with_readings
 from platform_daemon.features.schedules.schema import LedgerPage, LedgerRow
 from platform_daemon.features.trends import readings as readings_of_trends
+from platform_daemon.features.trends.figure import draw_trend
 from platform_daemon.features.trends.indexed import update_index
 from platform_daemon.features.trends.report import trend_csv, trend_text
 from platform_daemon.features.trends.trend import specimen_trend
@@ -171,6 +172,38 @@ def test_the_control_chart_of_a_sensor_is_told_in_its_unit(calibration, tmp_path
     assert half / chart.limit[-1] == pytest.approx(pressures.std(), rel=0.2)
     assert (told.smoothed[-1] - middle) / half == pytest.approx(-chart.ewma[-1] / chart.limit[-1], abs=0.05)  # f falls
     assert f"limits {told.low[-1]:.6g} to {told.high[-1]:.6g} mbar" in trend_text(report)
+
+
+def test_the_picture_of_a_trend_of_a_sensor_is_in_its_unit(calibration, tmp_path, monkeypatch):
+    pressures = np.random.default_rng(3).normal(1000.0, 2.0, 40)
+    report = _trend_of(pressures.tolist(), calibration, tmp_path, monkeypatch)
+    read, mean, f_nat, _ = draw_trend(report).axes
+    assert (read.get_ylabel(), mean.get_title()) == ("pressure / mbar", "weighted mean and limits / mbar")
+    assert "Hz" in f_nat.get_ylabel()
+    (bars,) = read.containers
+    assert bars.lines[0].get_ydata() == pytest.approx(pressures, abs=0.5)
+    ends = np.array([bar.get_segments() for bar in bars.lines[2]])[0, :, :, 1]
+    assert 0.5 * np.diff(ends)[:, 0] == pytest.approx(report.measurand.U)
+    assert mean.lines[0].get_ydata()[-1] == pytest.approx(report.measurand.smoothed[-1])
+    assert mean.get_ylim()[0] < report.measurand.low[-1] < report.measurand.high[-1] < mean.get_ylim()[1]
+    plain = draw_trend(report.model_copy(update={"measurand": None}))
+    assert [axes.get_ylabel() for axes in plain.axes] == [f_nat.get_ylabel(), ""]
+
+
+def test_a_point_is_read_once_and_anew_by_a_new_calibration(calibration, tmp_path, monkeypatch):
+    made = []
+    reading_of = readings_of_trends.reading_of
+    monkeypatch.setattr(readings_of_trends, "reading_of", lambda *a, **k: made.append(a) or reading_of(*a, **k))
+    pressures = [985.5, 995.5, 1005.5]
+    first = _trend_of(pressures, calibration, tmp_path / "a", monkeypatch).measurand
+    assert len(made) == 3
+    assert _trend_of(pressures, calibration, tmp_path / "b", monkeypatch).measurand == first
+    assert len(made) == 3
+    offset = {**calibration.parameters, "p0": calibration.parameters["p0"] + 0.06}
+    other = calibration.model_copy(update={"parameters": offset})
+    changed = _trend_of(pressures, other, tmp_path / "c", monkeypatch).measurand
+    assert len(made) == 6
+    assert np.subtract(changed.value, first.value) == pytest.approx([1.0] * 3, abs=0.2)
 
 
 def _trend_of(pressures, calibration, folder, monkeypatch):

@@ -60,3 +60,20 @@ def test_self_tests_that_cannot_be_compared(before, said):
 def test_a_wrong_chain_ends_in_one_line():
     wrong = here("self-test", "--set", "backends.simulated.wiring.outputs=[1, 0, 2]")
     assert_one_line_error(wrong, 1, "coil x is connected to output 1")
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"isolation_db": {"x": 80.0}}, "it is of the coils x, not of x, y, z"),
+        ({"frequency_hz": 1000.0}, "its tones were of 1000 Hz"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_before_a_tone_is_played(changed, said, tmp_path):
+    heard = _heard(x=80.0, y=80.0, z=80.0).model_dump()
+    first, change = tmp_path / "first.json", tmp_path / "gain.toml"
+    first.write_text(json.dumps({**heard, **changed}))
+    # Of wrong cables the tones would tell first: `test_a_wrong_chain_ends_in_one_line`.
+    wrong = ("--set", "backends.simulated.wiring.outputs=[1, 0, 2]")
+    assert_one_line_error(here("self-test", "--since", first, "--declare", change, *wrong), 2, said)
+    assert not change.exists()

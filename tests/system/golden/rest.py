@@ -60,6 +60,7 @@ def _platform(daemon: Daemon) -> None:
     daemon.ask("platform/no-jobs", "GET", "/jobs")
     daemon.ask("platform/no-measurands", "GET", "/measurands")
     daemon.ask("platform/no-measurand", "GET", "/measurands/nobody")
+    daemon.ask("platform/no-sensor", "POST", "/measurands", json={"specimen": "jewel", "schedule": "nightly"})
     daemon.ask("platform/specimens", "GET", "/specimens")
     daemon.ask("platform/no-specimen", "GET", "/specimens/nobody")
     daemon.ask("platform/no-baseline", "POST", "/specimens/nobody/baseline", json={"by": "me", "reason": "new"})

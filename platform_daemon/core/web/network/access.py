@@ -123,6 +123,7 @@ ACCESS: dict[str, Access] = {
     "read_measurand": COMPUTE,
     "list_measurands": VIEW,
     "get_measurand": VIEW,
+    "calibrate_measurand": Access(Role.OPERATOR, Takes.COMPUTING, audited=True),
     "get_frame_plot": COMPUTE,
     "get_derived": COMPUTE,
     "get_envelopes": COMPUTE,
