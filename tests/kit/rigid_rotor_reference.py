@@ -17,7 +17,9 @@ TINY, SMALL = 1e-30, 1e-5
 
 @dataclass(frozen=True)
 class Reference:
-    """SI; vectors in u, v, w.  friction: mu, m/N^(1/3), slowest slip m/s, slowest spin rad/s; None: frictionless.
+    """SI; vectors in u, v, w.  friction: mu, m/N^(1/3), slowest slip m/s, slowest spin rad/s, and the share of s + c in
+    the place of sqrt(s^2 + c^2); None: frictionless.  damping: about the main axis, of the centre, about the other
+    axes, 1/s, and the share of the thread's direction in the main axis; None: none.
 
     field: amplitude T and angular frequency rad/s of a sine along it.
     """
@@ -32,7 +34,8 @@ class Reference:
     stator_moment: np.ndarray
     body_moment: np.ndarray
     weight: np.ndarray
-    friction: tuple[float, float, float, float] | None = None
+    friction: tuple[float, float, float, float, float] | None = None
+    damping: tuple[float, float, float, float] | None = None
     field: tuple[np.ndarray, float] = (np.zeros(3), 0.0)
 
     def rotation(self, q):
@@ -75,7 +78,7 @@ class Reference:
 
     def contact(self, q, rates, t):
         """Generalised force of the jewel's friction."""
-        mu, hertz, slowest_slip, slowest_spin = self.friction
+        mu, hertz, slowest_slip, slowest_spin, law = self.friction
         linear, angular = self.jacobians(q)
         c, n = self.centre(q), self.n(q)
         pull = [-self.potential(q, t, c + TINY * 1j * np.eye(3)[k]).imag / TINY for k in range(3)]
@@ -83,10 +86,22 @@ class Reference:
         load = self.mass * velocity @ velocity / self.link - n @ pull
         slip, spin = velocity - self.arm * np.cross(omega, n), omega @ n
         a = hertz * load ** (1 / 3)
-        size, turn = np.linalg.norm(slip), np.hypot(spin, slowest_spin)
-        force = -mu * load * slip / (np.hypot(size, slowest_slip) + 8 * a * turn / (3 * np.pi))
+        size = np.linalg.norm(slip)
+        turn = (1 - law) * np.hypot(spin, slowest_spin) + law * (abs(spin) + slowest_spin)
+        creeping = (1 - law) * np.hypot(size, slowest_slip) + law * (size + slowest_slip)
+        force = -mu * load * slip / (creeping + 8 * a * turn / (3 * np.pi))
         torque = 3 * np.pi / 16 * a * mu * load * spin / (turn + 15 * np.pi / 16 * size / a)
         return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
+
+    def loss(self, q, rates):
+        """Generalised force of the damping."""
+        about, side, lean, share = self.damping
+        linear, angular = self.jacobians(q)
+        own, along = self.rotation(q)[:, 2], self.n(q)
+        axis = along if self.jewel else own + share * (along - own)
+        main = np.outer(axis, axis) / (axis @ axis)
+        torque = -2 * self.inertia * (about * main + lean * (np.eye(3) - main)) @ (angular @ rates)
+        return linear.T @ (-2 * self.mass * side * (linear @ rates)) + angular.T @ torque
 
     def acceleration(self, t, q, rates):
         slope = np.array([self.potential(q + TINY * 1j * np.eye(5)[k], t).imag / TINY for k in range(5)])
@@ -94,6 +109,7 @@ class Reference:
         inertial = np.array([0.5 * rates @ change[k] @ rates for k in range(5)])
         inertial -= sum(rates[k] * change[k] for k in range(5)) @ rates
         push = self.contact(q, rates, t) if self.friction else 0.0
+        push = push + self.loss(q, rates) if self.damping else push
         return np.linalg.solve(self.mass_matrix(q), inertial - slope + push)
 
     def moved(self, q, seconds):

@@ -71,7 +71,7 @@ def _refined(
     began = time.perf_counter()
     shot = _shot(record, noise, start, known, error)
     shot = replace(shot, values=shot.values.with_numbers(fixed))
-    held = (*(name for name in error.held if name in HELD_WITH_A_DEFECT), error.parameter, *fixed)
+    held = (*HELD_WITH_A_DEFECT, error.parameter, *fixed)
     try:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             fit = fit_rotor([shot], None, pool, held=held)
@@ -98,7 +98,7 @@ def _shot(
         lambda_per_s=at["lambda_per_s"],
         tf_over_i_rad_per_s2=at.get("tf_over_i_rad_per_s2", 0.0),
         rotation=rotation,
-        **error.held,
+        **({"lean_damping_per_s": error.held["side_damping_per_s"]} | error.held),  # one damping in models of before
     ).with_numbers({error.parameter: error.strength})
     if known.drive is None:
         side, motion = -1.0 if known.turned(turned) else 1.0, start.ring_down()

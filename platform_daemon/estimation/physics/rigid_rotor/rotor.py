@@ -134,8 +134,9 @@ class RotorValues:
     temperature does not change, as it does their moments; tf_over_i_rad_per_s2: dry friction of a
     jewel's contact when it only spins, undeflected; lambda_per_s: damps the turning about the main axis, which is the
     rotor's own or, by a share damping_axis_to_thread, the thread's; side_damping_per_s: damps its centre's motion,
-    lean_damping_per_s its turning about the other axes; creep_m_per_s: slip below which the
-    contact creeps; creep_spin_ln: natural logarithm of the spin below which it creeps over 1 rad/s; creep_law: 0, the friction falls there as s / sqrt(s^2 + c^2), 1, as s / (s + c); tilts and
+    lean_damping_per_s its turning about the other axes; creep_m_per_s: slip below which the contact creeps;
+    creep_spin_ln: natural logarithm of the spin, rad/s, below which it creeps; creep_law: 0, the friction falls there
+    as s / sqrt(s^2 + c^2), 1, as s / (s + c); tilts and
     displacement as in fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's
     moment against the thread or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes;
     turn_*_rad: rotation vector by which it is turned, in u, v, w; drive_size: times the stated field; drive_delay_s: of

@@ -19,19 +19,30 @@ from tests.kit.rigid_rotors import rigid_specimen
 
 RATE_HZ = 61035.15625
 DRIVE = CoilDrive(field_t=(4e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.3, duration_s=0.03, rx_start_s=0.04)
+LOSSES = {"lambda_per_s": 40.0, "side_damping_per_s": 25.0, "lean_damping_per_s": 90.0}
 DEFECTS = {"thread": {"stator_tilt_rad": 0.02, "rotor_tilt_rad": -0.02}, "jewel": {"stator_tilt_rad": 0.03}}
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("name", "rough", "seconds"), [("thread", False, 0.006), ("jewel", True, 0.001)])
-def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds):
-    ours = true_rotor(rigid_specimen(name, [1.0, 4.0, -9.0], defects=DEFECTS[name]), lambda_per_s=0.0)
+@pytest.mark.parametrize(
+    ("name", "rough", "seconds", "losses"),
+    [
+        ("thread", False, 0.006, {"lambda_per_s": 0.0}),
+        ("jewel", True, 0.001, {"lambda_per_s": 0.0}),
+        ("thread", False, 0.006, LOSSES | {"damping_axis_to_thread": 0.6}),
+        ("jewel", True, 0.001, LOSSES | {"creep_law": 1.0, "creep_spin_ln": 3.0}),
+        ("jewel", True, 0.001, LOSSES | {"creep_law": 0.0, "creep_spin_ln": 3.0}),
+    ],
+)
+def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds, losses):
+    ours = true_rotor(rigid_specimen(name, [1.0, 4.0, -9.0], defects=DEFECTS[name]), **losses)
     p, field, omega = ours.parameters, np.array([2e-4, 5e-4, -1e-4]), 1330.0
     tilt = ours.values.bearing_tilt_rad
     body = ours.values.m_r_am2 * np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
     other = Reference(
         name == "jewel", p[1], p[2], p[3], p[4], p[5:8], p[8:11], p[11:14], body, p[15:18],
-        friction=tuple(p[[20, 21, 22, 23]]) if rough else None, field=(field, omega),
+        friction=tuple(p[[20, 21, 22, 23, 24]]) if rough else None, damping=tuple(p[[18, 19, 25, 26]]),
+        field=(field, omega),
     )  # fmt: skip
     start = np.array([0.0, 0.0, 0.02, -0.03, 0.6])
     end = solve_ivp(
