@@ -35,7 +35,7 @@ class RigidBody:
     side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]
     # m/s of slip below which a jewel's contact creeps, at the start [unset]
     creep_m_per_s: float = 2e-3
-    creep_spin_ln: float = 1.6  # logarithm of the spin, rad/s, likewise [unset]
+    creep_spin_rad_per_s: float = 5.0  # rad/s of spin, likewise [unset]
     # of a jewel's contact: friction by slip s falls below c as s / sqrt(s^2 + c^2), or as s / (s + c) [physics]
     creep_laws: tuple[float, ...] = (0.0, 1.0)
     damping_axis_to_thread: float = 0.5  # between the rotor's own axis and the thread's, at the start [unset]

@@ -15,7 +15,7 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import (
     RotorValues,
 )
 from sim_backend.rotor.rigid_body.acceleration import MU
-from sim_backend.rotor.rigid_body.parameters import REST_SLIP_M_PER_S, body_parameters
+from sim_backend.rotor.rigid_body.parameters import REST_SLIP_M_PER_S, REST_SPIN_RAD_PER_S, body_parameters
 from sim_backend.rotor.rotor import effective
 
 
@@ -47,6 +47,7 @@ def true_rotor(specimen: Specimen, drive: CoilDrive = NO_DRIVE, **other: Any) ->
         "side_damping_per_s": specimen.rotor.side_damping_per_s,
         "lean_damping_per_s": specimen.rotor.side_damping_per_s,
         "creep_m_per_s": REST_SLIP_M_PER_S,
+        "creep_spin_rad_per_s": REST_SPIN_RAD_PER_S,
     }
     if defects:
         values |= {

@@ -21,6 +21,7 @@ from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
 from platform_daemon.estimation.rotor_fit.fit import (
     RotorFit,
     RotorFitError,
+    covariance_of,
     fit_rotor,
     longest_s,
     samples_per_value_of,
@@ -116,8 +117,7 @@ class ManufacturingError:
         """Of the error and of what is held beside it, as far as it was estimated: names of the rows, (names, names)."""
         places = self.fit.places[0]
         names = tuple(name for name in (defect_of(self.fit), *HELD_WITH_A_DEFECT) if name in places)
-        rows = [places[name] for name in names]
-        return names, self.fit.covariance[np.ix_(rows, rows)]
+        return names, covariance_of(self.fit, names)
 
     @property
     def in_words(self) -> str:

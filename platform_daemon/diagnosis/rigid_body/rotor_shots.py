@@ -48,7 +48,7 @@ def rotor_shots(base: JointFit) -> list[RotorShot]:
             lean_damping_per_s=_LIMITS.side_damping_per_s,
             damping_axis_to_thread=0.0 if jewel else _LIMITS.damping_axis_to_thread,
             creep_m_per_s=_LIMITS.creep_m_per_s if jewel else 0.0,
-            creep_spin_ln=_LIMITS.creep_spin_ln if jewel else 0.0,
+            creep_spin_rad_per_s=_LIMITS.creep_spin_rad_per_s if jewel else 0.0,
         )
         if known.drive is None:
             side = -1.0 if known.turned(observed.rotation) else 1.0

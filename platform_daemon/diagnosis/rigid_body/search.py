@@ -88,7 +88,7 @@ def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
     if shot.geometry.bearing == "thread" or window_s > _LIMITS.jewel_distance_from_s:
         return ()
     damped = window_s > _LIMITS.sign_window_s
-    losses = ("creep_m_per_s", "creep_spin_ln", "lambda_per_s", "side_damping_per_s", "lean_damping_per_s")
+    losses = ("creep_m_per_s", "creep_spin_rad_per_s", "lambda_per_s", "side_damping_per_s", "lean_damping_per_s")
     return ("distance_m",) if damped else ("distance_m", *losses)
 
 

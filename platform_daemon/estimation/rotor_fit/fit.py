@@ -40,7 +40,8 @@ class RotorFit:
 
     values: of each shot; std: of each shot by name, widened where the residual exceeds the noise; chi2: of each shot;
     dof: of each shot; window_s: the last window; covariance: (k, k) of all free parameters, widened as std; places: of
-    each shot's parameters in it, by name; defect: that was free, None: none; stages: the windows that came before.
+    each shot's parameters in it, by name, as logarithms where they are logarithmic; defect: that was free, None: none;
+    stages: the windows that came before.
     """
 
     shots: tuple[RotorShot, ...]
@@ -131,8 +132,8 @@ def fit_rotor(
         shots=tuple(shots),
         values=tuple(values),
         std=tuple(
-            {p.name: float(std[k]) for p, k in zip(free, places, strict=True)}
-            for free, places in zip(layout.free, layout.places, strict=True)
+            {p.name: float(std[k]) * p.per_step(getattr(v, p.name)) for p, k in zip(free, places, strict=True)}
+            for v, free, places in zip(values, layout.free, layout.places, strict=True)
         ),
         chi2=tuple(chi2),
         dof=tuple(dof),
@@ -161,6 +162,7 @@ def with_errors_of_held(fit: RotorFit, names: Sequence[str], covariance: Array, 
     Raises RotorFitError.
     """
     cross = np.zeros((len(fit.covariance), len(names)))
+    held_scale = np.array([_scales(fit)[0][name] for name in names])
     for shot, values, places in zip(fit.shots, fit.values, fit.places, strict=True):
         known = {p.name: p for p in free_parameters(shot.geometry, DEFECTS, shot.start)}
         try:
@@ -169,13 +171,31 @@ def with_errors_of_held(fit: RotorFit, names: Sequence[str], covariance: Array, 
             raise RotorFitError(str(error)) from None
         cross[list(places.values())] += found.matrix[: len(places), len(places) :]
     follow = fit.covariance @ cross / max(1.0, fit.chi2_per_dof)
-    whole = np.asarray(fit.covariance + follow @ covariance @ follow.T)
+    spread = covariance / np.outer(held_scale, held_scale)
+    whole = np.asarray(fit.covariance + follow @ spread @ follow.T)
     std = np.sqrt(np.abs(np.diag(whole)))
     return replace(
         fit,
         covariance=whole,
-        std=tuple({name: float(std[k]) for name, k in places.items()} for places in fit.places),
+        std=tuple(
+            {name: float(std[k]) * scale[name] for name, k in places.items()}
+            for scale, places in zip(_scales(fit), fit.places, strict=True)
+        ),
     )
+
+
+def covariance_of(fit: RotorFit, names: Sequence[str]) -> Array:
+    """Of the first shot's parameters with these names, (names, names), none of them as a logarithm."""
+    rows, scale = [fit.places[0][name] for name in names], np.array([_scales(fit)[0][name] for name in names])
+    return np.asarray(fit.covariance[np.ix_(rows, rows)] * np.outer(scale, scale))
+
+
+def _scales(fit: RotorFit) -> list[dict[str, float]]:
+    """Of each shot, errors of its parameters over those in the covariance, by name."""
+    return [
+        {p.name: p.per_step(getattr(v, p.name)) for p in free_parameters(s.geometry, DEFECTS, s.start)}
+        for s, v in zip(fit.shots, fit.values, strict=True)
+    ]
 
 
 def windows_s(first_s: float, longest_s: float) -> list[float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
@@ -21,25 +22,43 @@ HELD_WITH_A_DEFECT = (
     "lean_damping_per_s",
     "damping_axis_to_thread",
     "creep_m_per_s",
-    "creep_spin_ln",
+    "creep_spin_rad_per_s",
 )
 """What belongs to a specimen as its defect does: fits with an adopted defect hold both."""
 KNOWN_WITH_A_DEFECT = (*HELD_WITH_A_DEFECT, "creep_law", "friction_coefficient")
 """With what differs from shot to shot, where fits with an adopted defect begin."""
+NEEDED_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "creep_m_per_s", "friction_coefficient")
+"""Those of which reports of every version tell."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FreeParameter:
     """One free parameter of RotorValues.
 
-    step: of the forward difference; sd: how well it is known beforehand, None: not at all; common: to all shots.  What
-    a short window hardly tells stays there within what is known of it.
+    step: of the forward difference; sd: how well it is known beforehand, None: not at all; common: to all shots;
+    logarithmic: it is positive, and step, sd and covariances are those of its logarithm.  What a short window hardly
+    tells stays there within what is known of it.
     """
 
     name: str
     step: float
     sd: float | None = None
     common: bool = False
+    logarithmic: bool = False
+
+    def moved(self, value: float, step: float) -> float:
+        """Its value after a step."""
+        if not self.logarithmic:
+            return value + step
+        return value * math.exp(min(max(step, -LIMITS.most_steps_ln), LIMITS.most_steps_ln))
+
+    def apart(self, value: float, other: float) -> float:
+        """The step from one value to another one."""
+        return math.log(other / value) if self.logarithmic else other - value
+
+    def per_step(self, value: float) -> float:
+        """By how much the value moves over a small step: errors of the one over those of the other."""
+        return value if self.logarithmic else 1.0
 
 
 def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: Start) -> tuple[FreeParameter, ...]:
@@ -65,21 +84,11 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: S
         )
     common = [
         FreeParameter(name="lambda_per_s", step=LIMITS.step_per_s, sd=LIMITS.damping_sd_per_s, common=True),
-        FreeParameter(
-            name="side_damping_per_s",
-            step=LIMITS.step_per_s,
-            sd=LIMITS.side_damping_sd_per_s,
-            common=True,
+        *(
+            FreeParameter(name=name, step=LIMITS.step_ln, sd=LIMITS.side_damping_sd_ln, common=True, logarithmic=True)
+            for name in ("side_damping_per_s", "lean_damping_per_s")
         ),
     ]
-    common.append(
-        FreeParameter(
-            name="lean_damping_per_s",
-            step=LIMITS.step_per_s,
-            sd=LIMITS.side_damping_sd_per_s,
-            common=True,
-        )
-    )
     common.append(
         FreeParameter(
             name="distance_m",
@@ -98,17 +107,8 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: S
         own.append(FreeParameter(name="tf_over_i_rad_per_s2", step=LIMITS.step_friction_rad_per_s2))
         # Friction differs from shot to shot by its contact or by its coefficient: neither is common to all.
         own.append(FreeParameter(name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd))
-        common.append(
-            FreeParameter(name="creep_m_per_s", step=LIMITS.step_creep_m_per_s, sd=LIMITS.creep_sd_m_per_s, common=True)
-        )
-        common.append(
-            FreeParameter(
-                name="creep_spin_ln",
-                step=LIMITS.step_creep_spin_ln,
-                sd=LIMITS.creep_spin_ln_sd,
-                common=True,
-            )
-        )
+        for name, sd in (("creep_m_per_s", LIMITS.creep_sd_ln), ("creep_spin_rad_per_s", LIMITS.creep_spin_sd_ln)):
+            common.append(FreeParameter(name=name, step=LIMITS.step_ln, sd=sd, common=True, logarithmic=True))
     return (*own, *common)
 
 

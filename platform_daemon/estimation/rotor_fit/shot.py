@@ -121,7 +121,7 @@ def linearised(
     residual = shot.whitened(shot.samples[:, :n] - model)
 
     def column(p: FreeParameter) -> Array:
-        moved = values.with_numbers({p.name: getattr(values, p.name) + p.step})
+        moved = values.with_numbers({p.name: p.moved(getattr(values, p.name), p.step)})
         other, _ = shot.rotor(moved).dm_dt(n, shot.rate_hz, steps)
         return shot.whitened((other - model) / p.step)
 

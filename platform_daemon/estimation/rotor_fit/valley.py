@@ -57,7 +57,9 @@ class Layout:
     def moved(self, values: Sequence[RotorValues], step: Array) -> list[RotorValues]:
         """The values of each shot after a step (size,)."""
         return [
-            v.with_numbers({p.name: getattr(v, p.name) + float(step[k]) for p, k in zip(free, places, strict=True)})
+            v.with_numbers(
+                {p.name: p.moved(getattr(v, p.name), float(step[k])) for p, k in zip(free, places, strict=True)}
+            )
             for v, free, places in zip(values, self.free, self.places, strict=True)
         ]
 
@@ -67,7 +69,7 @@ class Layout:
         for v, f, free, places in zip(values, first, self.free, self.places, strict=True):
             for p, k in zip(free, places, strict=True):
                 if p.sd is not None:
-                    weight[k], off[k] = p.sd**-2, getattr(f, p.name) - getattr(v, p.name)
+                    weight[k], off[k] = p.sd**-2, p.apart(getattr(v, p.name), getattr(f, p.name))
         return weight, weight * off, float(weight @ off**2)
 
 

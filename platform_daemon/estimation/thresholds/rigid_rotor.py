@@ -45,8 +45,7 @@ class RigidRotorThresholds:
         AGREEMENT,
     )
 
-    most_creep_ln: float = tuned(10.0, "1", "the same above which more makes no difference: 20 times the swing's speed")
-    no_creep_ln: float = tuned(-10.0, "1", "logarithm of the spin, rad/s, at which a contact does not creep")
+    most_steps_ln: float = tuned(3.0, "1", "by which a trial may change the logarithm of a parameter at once")
 
     # What one angle leaves out: one_angle_error
     usual_side_damping_per_s: float = tuned(5.0, "1/s", "of side modes where no fit tells it", STUDY)
@@ -62,18 +61,16 @@ class RigidRotorThresholds:
     step_per_s: float = tuned(3e-5, "1/s", "of the difference for dampings")
     step_m: float = tuned(3e-9, "m", "of the difference for a displacement")
     step_speed_rad_per_s: float = tuned(3e-3, "rad/s", "of the difference for the speed at the start")
-    step_creep_m_per_s: float = tuned(3e-7, "m/s", "of the difference for the slip below which a contact creeps")
-    step_creep_spin_ln: float = tuned(
-        1e-3, "1", "of the difference for the logarithm of the spin below which it creeps"
-    )
-    creep_spin_ln_sd: float = tuned(
+    step_ln: float = tuned(1e-4, "1", "of the difference for the logarithm of a damping or a creep")
+    creep_spin_sd_ln: float = tuned(
         3.0,
         "1",
-        "how well that is known: a contact of 20 um that creeps below 1 mm/s creeps below 50 rad/s, others not at all",
+        "how well the spin below which it creeps is known: a contact of 20 um that creeps below 1 mm/s creeps below 50 "
+        "rad/s, others not at all",
     )
     step_share: float = tuned(1e-4, "1", "of the difference for the axis of the damping")
     damping_axis_sd: float = tuned(0.5, "1", "how well that is known: from the rotor's own, 0, to the thread's, 1")
-    creep_sd_m_per_s: float = tuned(2e-3, "m/s", "how well that is known")
+    creep_sd_ln: float = tuned(1.5, "1", "how well the logarithm of the slip below which a contact creeps is known")
     step_friction_rad_per_s2: float = tuned(3e-2, "rad/s^2", "of the difference for T_f/I")
     drive_size_sd: float = tuned(0.03, "1", "of the field over the commanded one: transmit calibration and coils")
     drive_delay_sd_s: float = tuned(1e-4, "s", "of the samples against the drive: filters and gates")
@@ -90,7 +87,7 @@ class RigidRotorThresholds:
     damping_sd_per_s: float = tuned(
         0.5, "1/s", "of lambda: some times that of such resonators, which only keeps the shortest windows from nonsense"
     )
-    side_damping_sd_per_s: float = tuned(30.0, "1/s", "how well that is known")
+    side_damping_sd_ln: float = tuned(2.0, "1", "how well the logarithms of the side modes' dampings are known")
     friction_coefficient_sd: float = tuned(0.05, "1", "of mu by the materials")
     # If the other one is true, the likelihood of the first over its own is a martingale while the window grows, of mean
     # 1: it ever passes exp(25 / 2) with a probability below exp(-25 / 2) (Ville's inequality).

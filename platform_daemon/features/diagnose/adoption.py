@@ -14,7 +14,7 @@ from platform_daemon.core.schemas.fits import FileDigest
 from platform_daemon.diagnosis.report_schema import DiagnosisReport, NamedEffect
 from platform_daemon.estimation.calibration.receiver_correction import CORRECTABLE
 from platform_daemon.estimation.physics.torques import TERMS
-from platform_daemon.estimation.rotor_fit.parameters import KNOWN_WITH_A_DEFECT, Defect
+from platform_daemon.estimation.rotor_fit.parameters import KNOWN_WITH_A_DEFECT, NEEDED_WITH_A_DEFECT, Defect
 from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.library import Library, check_name
 from platform_daemon.features.models.resolve import resolve
@@ -149,7 +149,11 @@ def _rotor(effect: NamedEffect, found: DiagnosisReport) -> AdoptedRotorRecord:
         parameter=_ROTORS[effect.id],
         strength=_strength(effect),
         std=effect.strength.std,
-        held={name: _number(effect, name) for name in KNOWN_WITH_A_DEFECT},
+        held={
+            name: _number(effect, name)
+            for name in KNOWN_WITH_A_DEFECT
+            if name in NEEDED_WITH_A_DEFECT or name in effect.detail.hidden_scales()
+        },
         ratio=ratio,
         covariance=effect.covariance,
     )

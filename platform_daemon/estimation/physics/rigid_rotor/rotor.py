@@ -134,8 +134,8 @@ class RotorValues:
     temperature does not change, as it does their moments; tf_over_i_rad_per_s2: dry friction of a
     jewel's contact when it only spins, undeflected; lambda_per_s: damps the turning about the main axis, which is the
     rotor's own or, by a share damping_axis_to_thread, the thread's; side_damping_per_s: damps its centre's motion,
-    lean_damping_per_s its turning about the other axes; creep_m_per_s: slip below which the contact creeps;
-    creep_spin_ln: natural logarithm of the spin, rad/s, below which it creeps; creep_law: 0, the friction falls there
+    lean_damping_per_s its turning about the other axes; creep_m_per_s, creep_spin_rad_per_s: slip and spin below
+    which the contact creeps; creep_law: 0, the friction falls there
     as s / sqrt(s^2 + c^2), 1, as s / (s + c); tilts and
     displacement as in fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's
     moment against the thread or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes;
@@ -157,7 +157,7 @@ class RotorValues:
     lean_damping_per_s: float = 0.0
     damping_axis_to_thread: float = 0.0
     creep_m_per_s: float = 0.0
-    creep_spin_ln: float = LIMITS.no_creep_ln
+    creep_spin_rad_per_s: float = 0.0
     creep_law: float = 0.0
     stator_tilt_rad: float = 0.0
     bearing_tilt_rad: float = 0.0
@@ -255,7 +255,7 @@ class RigidRotor:
         p[LEAN_DAMPING], p[DAMPING_AXIS] = v.lean_damping_per_s, v.damping_axis_to_thread
         p[CREEP], p[CREEP_SPIN], p[CREEP_LAW] = (
             v.creep_m_per_s,
-            math.exp(min(v.creep_spin_ln, LIMITS.most_creep_ln)),
+            v.creep_spin_rad_per_s,
             v.creep_law,
         )
         return p

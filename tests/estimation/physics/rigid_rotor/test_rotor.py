@@ -30,8 +30,8 @@ DEFECTS = {"thread": {"stator_tilt_rad": 0.02, "rotor_tilt_rad": -0.02}, "jewel"
         ("thread", False, 0.006, {"lambda_per_s": 0.0}),
         ("jewel", True, 0.001, {"lambda_per_s": 0.0}),
         ("thread", False, 0.006, LOSSES | {"damping_axis_to_thread": 0.6}),
-        ("jewel", True, 0.001, LOSSES | {"creep_law": 1.0, "creep_spin_ln": 3.0}),
-        ("jewel", True, 0.001, LOSSES | {"creep_law": 0.0, "creep_spin_ln": 3.0}),
+        ("jewel", True, 0.001, LOSSES | {"creep_law": 1.0, "creep_spin_rad_per_s": 20.0}),
+        ("jewel", True, 0.001, LOSSES | {"creep_law": 0.0, "creep_spin_rad_per_s": 20.0}),
     ],
 )
 def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds, losses):
