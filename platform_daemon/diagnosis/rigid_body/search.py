@@ -83,13 +83,16 @@ def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
     """What a window tells too little of.
 
     One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth; free in a
-    short window of a jewel the distance runs away, and the slip below which its contact creeps goes with the losses.
+    short window of a jewel the distance runs away.  In the shortest windows so do, for a thread, what hardly acts
+    beside the damping of the side modes' turning, and for a jewel all losses, which go with its creep.
     """
-    if shot.geometry.bearing == "thread" or window_s > _LIMITS.jewel_distance_from_s:
-        return ()
-    damped = window_s > _LIMITS.sign_window_s
-    losses = ("creep_m_per_s", "creep_spin_rad_per_s", "lambda_per_s", "side_damping_per_s", "lean_damping_per_s")
-    return ("distance_m",) if damped else ("distance_m", *losses)
+    first = window_s <= _LIMITS.sign_window_s
+    if shot.geometry.bearing == "thread":
+        return ("side_damping_per_s", "damping_axis_to_thread") if first else ()
+    if first:
+        losses = ("lambda_per_s", "side_damping_per_s", "lean_damping_per_s", "creep_m_per_s", "creep_spin_rad_per_s")
+        return ("distance_m", *losses)
+    return ("distance_m",) if window_s <= _LIMITS.jewel_distance_from_s else ()
 
 
 def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:

@@ -45,7 +45,7 @@ class RigidRotorThresholds:
         AGREEMENT,
     )
 
-    most_steps_ln: float = tuned(3.0, "1", "by which a trial may change the logarithm of a parameter at once")
+    most_step_ln: float = tuned(0.5, "1", "by which a step may change a logarithm: more leads far starts astray", START)
 
     # What one angle leaves out: one_angle_error
     usual_side_damping_per_s: float = tuned(5.0, "1/s", "of side modes where no fit tells it", STUDY)

@@ -123,7 +123,15 @@ def test_a_motion_without_a_drive_has_neither_its_size_nor_its_delay():
             "jewel",
             0.0354,
             4.9e-4,
-            ("distance_m", "side_damping_per_s", "lambda_per_s", "friction_coefficient", "creep_m_per_s"),
+            (
+                "distance_m",
+                "side_damping_per_s",
+                "lean_damping_per_s",
+                "lambda_per_s",
+                "friction_coefficient",
+                "creep_m_per_s",
+                "creep_spin_rad_per_s",
+            ),  # fmt: skip
         ),
     ],
 )
