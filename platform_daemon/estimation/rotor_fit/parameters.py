@@ -50,7 +50,7 @@ class FreeParameter:
         """Its value after a step."""
         if not self.logarithmic:
             return value + step
-        return value * math.exp(min(max(step, -LIMITS.most_step_ln), LIMITS.most_steps_ln))
+        return value * math.exp(min(max(step, -LIMITS.most_step_ln), LIMITS.most_step_ln))
 
     def apart(self, value: float, other: float) -> float:
         """The step from one value to another one."""

@@ -23,6 +23,15 @@ from tests.kit.rigid_rotors import rigid_specimen
 RATE_HZ, SAMPLES = 12000.0, 1800
 DRIVE = CoilDrive(field_t=(2.15e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=0.047, rx_start_s=0.058)
 SD = np.array([14e-3, 21e-3, 55e-3])
+SHORT_JEWEL = (
+    "distance_m",
+    "side_damping_per_s",
+    "lean_damping_per_s",
+    "lambda_per_s",
+    "friction_coefficient",
+    "creep_m_per_s",
+    "creep_spin_rad_per_s",
+)
 
 
 @pytest.fixture
@@ -123,15 +132,7 @@ def test_a_motion_without_a_drive_has_neither_its_size_nor_its_delay():
             "jewel",
             0.0354,
             4.9e-4,
-            (
-                "distance_m",
-                "side_damping_per_s",
-                "lean_damping_per_s",
-                "lambda_per_s",
-                "friction_coefficient",
-                "creep_m_per_s",
-                "creep_spin_rad_per_s",
-            ),  # fmt: skip
+            SHORT_JEWEL,
         ),
     ],
 )
