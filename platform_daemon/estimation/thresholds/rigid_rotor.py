@@ -38,9 +38,9 @@ class RigidRotorThresholds:
         0.8, "1", "displacement of the held point over its link, beyond which there is no rest"
     )
     slowest_spin_rad_per_s: float = tuned(
-        0.1,
+        0.01,
         "rad/s",
-        "spin below which any contact creeps, 1e-4 of the swing's speed: a step of the torque at rest would make the "
+        "spin below which any contact creeps, 1e-5 of the swing's speed: a step of the torque at rest would make the "
         "differences of neighbours noisy",
         AGREEMENT,
     )
