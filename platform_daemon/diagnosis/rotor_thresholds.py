@@ -56,4 +56,4 @@ class RigidBody:
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
     doubtful_sigma: float = 5.0  # of a drive's size and delay, and of chi2/dof, beyond which it is left out [unset]
     worth_sigma: float = 1.0  # by which a measurement would part look-alikes, at least; less is none [digits]
-    equal_chi2: float = 1.0  # difference of chi^2 by which an error is not preferred to a simpler one [noise: 0.3]
+    equal_chi2: float = 4.0  # difference of chi^2 by which an error is not preferred to a simpler one [noise: 0.05]

@@ -46,6 +46,11 @@ class _Contestant:
         """By which the contact creeps."""
         return self.fit.values[0].creep_law
 
+    def near(self, best: _Contestant) -> bool:
+        """The window does not exclude it; a law of creep, which is no name, is given up sooner."""
+        limit = FIT_LIMITS.rigid_rotor.rival_chi2 if self.law == best.law else THRESHOLDS.selection.told_apart_chi2
+        return rise(self.fit, best.fit) < limit
+
     @property
     def kind(self) -> tuple[Defect, float]:
         """Error and law."""
@@ -128,13 +133,7 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
         field.sort(key=lambda c: total_chi2(c.fit))
         if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
             raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
-        # While the creep is held, the laws of it cannot be compared.
-        ahead = {c.law if "creep_m_per_s" in held else 0.0: c.fit for c in reversed(field)}
-        field = [
-            c
-            for c in field
-            if rise(c.fit, ahead[c.law if "creep_m_per_s" in held else 0.0]) < FIT_LIMITS.rigid_rotor.rival_chi2
-        ]
+        field = [c for c in field if c.near(field[0])]
     best: dict[tuple[Defect, float, bool], RotorFit] = {}
     for c in field:
         best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
