@@ -205,3 +205,47 @@ def test_what_is_known_beforehand_need_not_be_what_a_fit_starts_with(pool):
     pulled = fit_rotor(at_truth, "stator_tilt_rad", pool, first_window_s=math.inf, known=[far])
     assert pulled.values[0].distance_m > near.values[0].distance_m
     assert sum(pulled.chi2) >= sum(near.chi2)
+
+
+@pytest.mark.long
+def test_lambda_is_true_whichever_axis_it_damps_and_whatever_damps_the_side_modes(pool):
+    """Held at the rotor's own axis, lambda is off by many errors, and so little is left that nothing would tell it."""
+    specimen = rigid_specimen("thread", [0.0, 0.0, -9.81], 15.0, defects={"rotor_tilt_rad": 0.03})
+    drive = replace(DRIVE, field_t=(3e-4, 0.0, 0.0))
+    rotor = true_rotor(specimen, drive, damping_axis_to_thread=1.0, lean_damping_per_s=4.0)
+    noise = np.random.default_rng(10).normal(size=(3, 8 * SAMPLES)) * SD[:, None] / 3
+    start = replace(rotor.values, damping_axis_to_thread=0.5, side_damping_per_s=5.0, lean_damping_per_s=5.0)
+    shot = RotorShot(
+        samples=rotor.dm_dt(8 * SAMPLES, RATE_HZ)[0] + noise, rate_hz=RATE_HZ, sd=SD / 3, geometry=rotor.geometry,
+        drive=drive, values=start, declared=rotor.values.rotation,
+    )  # fmt: skip
+
+    def off(fit, name):
+        return abs(getattr(fit.values[0], name) - getattr(rotor.values, name)) / fit.std[0][name]
+
+    found = fit_rotor([shot], "bearing_tilt_rad", pool)
+    for name in ("bearing_tilt_rad", "f_nat_hz", "m_r_am2", "lambda_per_s", "lean_damping_per_s"):
+        assert off(found, name) < 4, name
+    assert found.chi2_per_dof == pytest.approx(1.0, abs=0.03)
+    own = replace(shot, values=replace(start, damping_axis_to_thread=0.0))
+    held = fit_rotor([own], "bearing_tilt_rad", pool, held=["damping_axis_to_thread"])
+    assert off(held, "lambda_per_s") > 10
+
+
+@pytest.mark.long
+def test_a_shot_tells_by_which_law_a_contact_creeps_and_with_it_all_else_is_true(pool):
+    specimen = rigid_specimen("jewel", [0.0, 0.0, -9.81], 2.0, defects={"stator_tilt_rad": 0.0354})
+    drive = replace(DRIVE, field_t=(4.9e-4, 0.0, 0.0))
+    rotor = true_rotor(specimen, drive, creep_law=1.0, creep_m_per_s=1e-3, creep_spin_rad_per_s=20.0)
+    noise = np.random.default_rng(11).normal(size=(3, 3 * SAMPLES)) * SD[:, None] / 5
+    start = replace(rotor.values, creep_m_per_s=2e-3, creep_spin_rad_per_s=5.0)
+    shot = RotorShot(
+        samples=rotor.dm_dt(3 * SAMPLES, RATE_HZ)[0] + noise, rate_hz=RATE_HZ, sd=SD / 5, geometry=rotor.geometry,
+        drive=drive, values=start, declared=rotor.values.rotation,
+    )  # fmt: skip
+    right, wrong = (
+        fit_rotor([replace(shot, values=replace(start, creep_law=law))], "stator_tilt_rad", pool) for law in (1.0, 0.0)
+    )
+    assert sum(wrong.chi2) - sum(right.chi2) > DIAGNOSIS_LIMITS.selection.told_apart_chi2
+    for name in ("stator_tilt_rad", "f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2"):
+        assert abs(getattr(right.values[0], name) - getattr(rotor.values, name)) < 4 * right.std[0][name], name
