@@ -233,7 +233,7 @@ def _named(alike: Sequence[RotorFit], samples: float = 1.0) -> RotorFit:
     """
     least = min(alike, key=total_chi2)
     equal = [f for f in alike if rise(f, least) < _LIMITS.equal_chi2 * samples]
-    return min(equal, key=lambda f: DEFECTS.index(defect_of(f)))
+    return min(equal, key=lambda f: (DEFECTS.index(defect_of(f)), total_chi2(f)))
 
 
 def _as_good(fits: Sequence[RotorFit], samples: float) -> list[RotorFit]:

@@ -46,10 +46,14 @@ class _Contestant:
         """By which the contact creeps."""
         return self.fit.values[0].creep_law
 
-    def near(self, best: _Contestant) -> bool:
-        """The window does not exclude it; a law of creep, which is no name, is given up sooner."""
-        limit = FIT_LIMITS.rigid_rotor.rival_chi2 if self.law == best.law else THRESHOLDS.selection.told_apart_chi2
-        return rise(self.fit, best.fit) < limit
+    def stays(self, field: Sequence[_Contestant]) -> bool:
+        """The window does not exclude it; of an error with its sign a law of creep, which is no name, goes sooner.
+
+        field: the best first.
+        """
+        same = next(c for c in field if c.defect == self.defect and c.fit.strength[0] * self.fit.strength[0] > 0.0)
+        of_laws = rise(self.fit, same.fit) < THRESHOLDS.selection.told_apart_chi2
+        return of_laws and rise(self.fit, field[0].fit) < FIT_LIMITS.rigid_rotor.rival_chi2
 
     @property
     def kind(self) -> tuple[Defect, float]:
@@ -88,8 +92,8 @@ def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
     """What a window tells too little of.
 
     One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth; free in a
-    short window of a jewel the distance runs away.  In the shortest windows so do, for a thread, what hardly acts
-    beside the damping of the side modes' turning, and for a jewel all losses, which go with its creep.
+    short window of a jewel the distance runs away.  In the shortest windows so do, for a thread, the damping of
+    its centre and the axis of lambda, and for a jewel all losses, which go with its creep.
     """
     first = window_s <= _LIMITS.sign_window_s
     if shot.geometry.bearing == "thread":
@@ -133,7 +137,7 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
         field.sort(key=lambda c: total_chi2(c.fit))
         if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
             raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
-        field = [c for c in field if c.near(field[0])]
+        field = [c for c in field if c.stays(field)]
     best: dict[tuple[Defect, float, bool], RotorFit] = {}
     for c in field:
         best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))

@@ -39,9 +39,9 @@ class RotorFit:
     """A fit of shots together.
 
     values: of each shot; std: of each shot by name, widened where the residual exceeds the noise; chi2: of each shot;
-    dof: of each shot; window_s: the last window; covariance: (k, k) of all free parameters, widened as std; places: of
-    each shot's parameters in it, by name, as logarithms where they are logarithmic; defect: that was free, None: none;
-    stages: the windows that came before.
+    dof: of each shot; window_s: the last window; covariance: (k, k) of all free parameters, widened as std, of the
+    logarithm of a parameter that is logarithmic; places: of each shot's parameters in it, by name; defect: that was
+    free, None: none; stages: the windows that came before.
     """
 
     shots: tuple[RotorShot, ...]

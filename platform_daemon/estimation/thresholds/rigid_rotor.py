@@ -65,8 +65,8 @@ class RigidRotorThresholds:
     creep_spin_sd_ln: float = tuned(
         3.0,
         "1",
-        "how well the spin below which it creeps is known: a contact of 20 um that creeps below 1 mm/s creeps below 50 "
-        "rad/s, others not at all",
+        "how well the logarithm of the spin is known below which a jewel's contact creeps: a contact of 20 um that "
+        "creeps below 1 mm/s of slip does so below 50 rad/s; other contacts do not tell",
     )
     step_share: float = tuned(1e-4, "1", "of the difference for the axis of the damping")
     damping_axis_sd: float = tuned(0.5, "1", "how well that is known: from the rotor's own, 0, to the thread's, 1")

@@ -12,6 +12,7 @@ import numpy as np
 
 from drivers.errors import RecordingError
 from platform_daemon.core.recordings.recording import Recording
+from platform_daemon.core.schemas.fits import Covariance
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.parameters import RODRIGUES, Estimate
@@ -76,12 +77,20 @@ def _refined(
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             fit = fit_rotor([shot], None, pool, held=held)
             if error.covariance is not None:
-                spread = np.array(error.covariance.matrix)
-                fit = with_errors_of_held(fit, error.covariance.parameters, spread, pool)
+                fit = with_errors_of_held(fit, *_covariance(error.covariance), pool)
     except RotorFitError as failed:
         return FitResult("refused", reason=f"rotor: {failed} ({error.id} {error.strength:.4g} is held)")
     found = _result(start, fit, error)
     return replace(found, notes=(*found.notes, *known.assumed), seconds=start.seconds + time.perf_counter() - began)
+
+
+def _covariance(known: Covariance) -> tuple[tuple[str, ...], Array]:
+    """Names and matrix; in models of before one damping of the side modes stands for both."""
+    names, matrix = tuple(known.parameters), np.array(known.matrix)
+    if "side_damping_per_s" in names and "lean_damping_per_s" not in names:
+        rows = [*range(len(names)), names.index("side_damping_per_s")]
+        names, matrix = (*names, "lean_damping_per_s"), matrix[np.ix_(rows, rows)]
+    return names, matrix
 
 
 def _shot(

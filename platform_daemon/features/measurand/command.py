@@ -17,7 +17,10 @@ measurand_app = typer.Typer(
     no_args_is_help=True,
 )
 FolderOption = Annotated[
-    Path, typer.Option("--measurands", help="Folder of the calibrations; default: where `serve` keeps them.")
+    Path,
+    typer.Option(
+        "--measurands", help="Folder of the calibrations; `serve --data FOLDER` keeps them in FOLDER/measurands."
+    ),
 ]
 DEFAULT_FOLDER = Path("data", "measurands")
 

@@ -21,7 +21,8 @@ def thermometer_readings(shots: Shots, measurand: Measurand, where: str) -> Refe
     """What the thermometer read with each shot: of all quantities that alone is in every recording.
 
     where: as messages name what is calibrated.  Raises InputError for a measurand that is not the temperature in
-    degrees Celsius, one that is corrected for it, and fewer than two shots with a reading.
+    degrees Celsius, one that is corrected for it, has a lag or a reference of its own, and fewer than two shots with a
+    reading.
     """
     if measurand.name.casefold() != _QUANTITY or measurand.unit not in _UNITS:
         what = f"no reading of {measurand.name} in {measurand.unit} is known"
@@ -31,6 +32,16 @@ def thermometer_readings(shots: Shots, measurand: Measurand, where: str) -> Refe
     if measurand.corrected_for is not None:
         remedy = "leave corrected_for out, or give readings of another thermometer: --reference FILE.csv"
         raise InputError("the temperature is the quantity, and cannot correct it", where=where, remedy=remedy)
+    if measurand.reference is not None:
+        what, why = "the readings of the reference are missing", f"U rests on {measurand.reference.source!r}"
+        remedy = (
+            "give them: --reference FILE.csv; or leave [measurand] reference out, and the platform's thermometer is it"
+        )
+        raise InputError(what, where=where, why=why, remedy=remedy)
+    if measurand.longest_lag_s > 0.0:
+        what, why = "the thermometer of the platform tells no lag", "it is read with each shot, and not between them"
+        remedy = "leave longest_lag_s out, or give readings of another thermometer: --reference FILE.csv"
+        raise InputError(what, where=where, why=why, remedy=remedy)
     read = np.isfinite(shots.celsius)
     if read.sum() < 2:
         what, remedy = "the temperature was not measured", "record with a thermometer, or give --reference FILE.csv"

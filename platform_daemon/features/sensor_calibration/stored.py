@@ -47,6 +47,10 @@ def calibration_by(
     measurand = declared_measurand(specimen, specimen.name)
     taken, notes = _taken(specimen, given, say)
     shots = joined(list(taken.values()))
+    if not shots.times_s.size:
+        why = f"{len(shots.refused)} shots were refused"
+        remedy = "look at the fits of the recordings: `platform-daemon fit FILE` says why"
+        raise InputError("no shot has a good fit", where=specimen.name, why=why, remedy=remedy)
     readings = thermometer_readings(shots, measurand, specimen.name) if reference is None else reference[0]
     made = calibrated(specimen.name, measurand, shots, readings, 0)
     found: dict[str, object] = {"files": file_digests(taken)}
