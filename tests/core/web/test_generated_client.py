@@ -65,7 +65,7 @@ def asked(api: Any, operation: str, *arguments: Any, **keys: Any) -> Any:
 def ended(api: Any, operation: str, identifier: str) -> Any:
     """The job once it has ended."""
     begun = time.monotonic()
-    while time.monotonic() < begun + 120:
+    while time.monotonic() < begun + 300:
         job = asked(api, operation, identifier)
         if job.state.value in FINAL:
             return job
