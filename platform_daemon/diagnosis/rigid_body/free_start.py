@@ -63,7 +63,7 @@ def _first_periods(shot: RotorShot, values: RotorValues) -> RotorShot:
 def left_over(shot: RotorShot, values: RotorValues) -> float:
     """chi^2; infinite where there is no such rotor."""
     try:
-        residual, _ = shot.residual(values, math.inf)
+        residual = shot.residual(values, math.inf)
     except (NoRestError, LostRotorError):
         return math.inf
     return float(residual @ residual)

@@ -78,7 +78,10 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
         for start in starts:
             begun, known = [replace(part, values=start.values)], [start.known]
             with suppress(RotorFitError):
-                fit = fit_rotor(begun, start.defect, pool, first_window_s=math.inf, whole=False, held=held, known=known)
+                fit = fit_rotor(
+                    begun, start.defect, pool, first_window_s=math.inf, whole=False, held=held, known=known,
+                    to_beat=_to_beat([fit for fit, _ in found], start.defect, start.values),
+                )  # fmt: skip
                 found.append((fit, start.known))
         if any(fit.chi2_per_dof < _LIMITS.explained_chi2_per_dof for fit, _ in found):
             break
@@ -86,6 +89,17 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
         raise RotorFitError("a short window finds no rotor")
     best = min((fit for fit, _ in found), key=total_chi2)
     return [(fit, known) for fit, known in found if rise(fit, best) < FIT_LIMITS.rigid_rotor.rival_chi2]
+
+
+def _to_beat(fits: Sequence[RotorFit], defect: Defect, values: RotorValues) -> float:
+    """chi^2 of a window above which its fits exclude one that begins with `values`; infinite if none leaves noise."""
+    best = min(fits, key=total_chi2, default=None)
+    if best is None or best.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof:
+        return math.inf
+    strength = getattr(values, defect)
+    same = [fit for fit in fits if fit.defect == defect and fit.strength[0] * strength > 0.0]
+    above = THRESHOLDS.selection.told_apart_chi2 if same else FIT_LIMITS.rigid_rotor.rival_chi2
+    return total_chi2(min(same, key=total_chi2, default=best)) + above * max(1.0, best.chi2_per_dof)
 
 
 def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
@@ -128,7 +142,10 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
         for defect, values, known, stages in runners:
             part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=values)
             try:
-                fit = fit_rotor([part], defect, pool, first_window_s=math.inf, held=held, whole=last, known=[known])
+                fit = fit_rotor(
+                    [part], defect, pool, first_window_s=math.inf, held=held, whole=last, known=[known],
+                    to_beat=_to_beat([c.fit for c in field], defect, values),
+                )  # fmt: skip
             except RotorFitError:
                 continue
             one = _Contestant(fit, known, (*stages, Stage(window_s, fit.values, total_chi2(fit))))

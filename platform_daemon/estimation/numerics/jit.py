@@ -24,7 +24,7 @@ from numba.core.compiler_lock import global_compiler_lock
 
 _ROOM = Path(__file__).parents[1]
 _OTHER_SOURCES = ("jit.py", "separate_functions.py", "dormand_prince.py")
-_MARK = re.compile(rb"^@((fast_)?(kernel|part)|inlined)$", re.MULTILINE)
+_MARK = re.compile(rb"^@((fast_)?(kernel|part)|lane_part|inlined)$", re.MULTILINE)
 
 
 def has_kernels(source: bytes) -> bool:
@@ -94,6 +94,11 @@ def part(function: Callable[..., Any]) -> Any:
 def fast_part(function: Callable[..., Any]) -> Any:
     """A piece of kernels whose sums may be reordered."""
     return _inside(function, _OPTIONS | _FAST)
+
+
+def lane_part(function: Callable[..., Any]) -> Any:
+    """A `fast_part` that stands within a loop of its callers: a call would keep that loop from running in lanes."""
+    return _inside(function, _OPTIONS | _FAST | {"forceinline": True})
 
 
 def inlined(function: Callable[..., Any]) -> Any:

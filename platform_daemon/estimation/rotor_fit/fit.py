@@ -73,7 +73,7 @@ def samples_per_value_of(fit: RotorFit) -> float:
 
     Raises NoRestError, LostRotorError.
     """
-    rows = [s.residual(v, fit.window_s)[0].reshape(len(s.sd), -1) for s, v in zip(fit.shots, fit.values, strict=True)]
+    rows = [s.residual(v, fit.window_s).reshape(len(s.sd), -1) for s, v in zip(fit.shots, fit.values, strict=True)]
     return float(np.average([samples_per_value(each) for each in rows], weights=fit.chi2))
 
 
@@ -92,6 +92,7 @@ def fit_rotor(
     whole: bool = True,
     known: Sequence[RotorValues] | None = None,
     beside: RotorFit | None = None,
+    to_beat: float = math.inf,
 ) -> RotorFit:
     """Fit shots of one specimen together.
 
@@ -105,6 +106,7 @@ def fit_rotor(
         whole: the last window is the whole ring-down; False: it is one of those that grow, so that the fit need not be
             settled to the last digit.
         beside: a fit with another defect; this one ends where a window's chi^2 rises too far above that one's.
+        to_beat: chi^2 of the last window, above which this fit is of no use: it ends where it will not come below.
 
     Raises:
         RotorFitError: the start values are far from any rotor, nothing is determined, or `beside` is far better.
@@ -115,7 +117,9 @@ def fit_rotor(
     longest, stages = longest_s(shots), list[Stage]()
     for window_s in windows_s(first_window_s, longest):
         last = whole and window_s == longest
-        values, matrix, chi2, dof = settled(shots, layout, values, first, window_s, last, pool)
+        values, matrix, chi2, dof = settled(
+            shots, layout, values, first, window_s, last, pool, to_beat if window_s == longest else math.inf
+        )
         if window_s == longest:
             break
         stages.append(Stage(window_s, tuple(values), sum(chi2)))

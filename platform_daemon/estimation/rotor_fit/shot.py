@@ -9,12 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.rigid_rotor.equations import LANES
 from platform_daemon.estimation.physics.rigid_rotor.rotor import (
     NO_DRIVE,
     CoilDrive,
+    LostRotorError,
     RigidRotor,
     RotorGeometry,
     RotorValues,
+    neighbours,
 )
 from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U
 
@@ -90,11 +93,10 @@ class RotorShot:
         scaled = dm_dt / self.sd[:, None]
         return np.asarray((scaled - scaled.mean(axis=1, keepdims=True)).ravel())
 
-    def residual(self, values: RotorValues, window_s: float) -> tuple[Array, Array]:
-        """Whitened residual (3 n,) and the steps of the motion.  Raises NoRestError, LostRotorError."""
+    def residual(self, values: RotorValues, window_s: float) -> Array:
+        """Whitened residual (3 n,).  Raises NoRestError, LostRotorError."""
         n = self.count(window_s)
-        model, steps = self.rotor(values).dm_dt(n, self.rate_hz)
-        return self.whitened(self.samples[:, :n] - model), steps
+        return self.whitened(self.samples[:, :n] - self.rotor(values).dm_dt(n, self.rate_hz)[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,12 +122,13 @@ def linearised(
     model, steps = shot.rotor(values).dm_dt(n, shot.rate_hz)
     residual = shot.whitened(shot.samples[:, :n] - model)
 
-    def column(p: FreeParameter) -> Array:
-        moved = values.with_numbers({p.name: p.moved(getattr(values, p.name), p.step)})
-        other, _ = shot.rotor(moved).dm_dt(n, shot.rate_hz, steps)
-        return shot.whitened((other - model) / p.step)
+    def columns_of(some: Sequence[FreeParameter]) -> list[Array]:
+        moved = [values.with_numbers({p.name: p.moved(getattr(values, p.name), p.step)}) for p in some]
+        others = neighbours([shot.rotor(each) for each in moved], n, shot.rate_hz, steps)
+        return [shot.whitened((_found(other) - model) / p.step) for other, p in zip(others, some, strict=True)]
 
-    columns = np.array(list(pool.map(column, free)))
+    groups = [free[k : k + LANES] for k in range(0, len(free), LANES)]
+    columns = np.array([column for group in pool.map(columns_of, groups) for column in group])
     return Linearised(
         columns @ columns.T,
         columns @ residual,
@@ -134,3 +137,9 @@ def linearised(
         columns.astype(np.float32),
         residual,
     )
+
+
+def _found(dm_dt: Array | None) -> Array:
+    if dm_dt is None:
+        raise LostRotorError("the motion of a neighbour cannot be followed")
+    return dm_dt

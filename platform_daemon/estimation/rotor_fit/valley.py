@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -105,7 +107,7 @@ class Valley:
     lambda, only together: J^T J, scaled to a unit diagonal, has eigenvalues from 1 to 10^-9.  A step along the weak
     directions climbs the walls long before it ends, since the floor bends: f_nat goes with the square of a tilt.  Each
     trial is therefore led back to the floor by steps along the strong directions alone, which need no other Jacobian,
-    and only then compared.  A trial costs a few motions, a Jacobian as many as there are free parameters.
+    and only then compared.  A trial costs a few motions, a Jacobian a quarter as many as there are free parameters.
     """
 
     def __init__(
@@ -137,21 +139,29 @@ class Valley:
         """
         strong, weight = _strong_directions(normal.matrix)
         best: _Point | None = None
+        backs: list[Array] = []
+        went: list[Array] = []
         for _ in range(1 + LIMITS.most_returns):
             at = self._at(self._layout.moved(values, step))
-            if at is None or (best is not None and not at.total < best.total):
+            if at is not None and (best is None or at.total < best.total):
+                best = at
+                back = strong.T @ self._gradient(at, normal) / weight
+                rise = at.total - normal.total
+                if not float(weight @ back**2) > max(LIMITS.settled_chi2, LIMITS.worth_returning * rise):
+                    break
+                backs.append(back)
+                went.append(_accelerated(backs, went, np.sqrt(weight)))
+            elif len(went) > 1:  # once more without acceleration
+                backs, went = backs[-1:], backs[-1:]
+            else:
                 break
-            best = at
-            along = strong.T @ self._gradient(at, normal)
-            rise = at.total - normal.total
-            if not float(along @ (along / weight)) > max(LIMITS.settled_chi2, LIMITS.worth_returning * rise):
-                break
-            values, step = at.values, strong @ (along / weight)
+            assert best is not None
+            values, step = best.values, strong @ went[-1]
         return best
 
     def _at(self, values: list[RotorValues]) -> _Point | None:
         try:
-            left = [s.residual(v, self._window_s)[0] for s, v in zip(self._shots, values, strict=True)]
+            left = [s.residual(v, self._window_s) for s, v in zip(self._shots, values, strict=True)]
         except (NoRestError, LostRotorError):
             return None
         known = self._layout.prior(values, self._first)[2]
@@ -163,6 +173,22 @@ class Valley:
         for one, residual, places in zip(normal.by_shot, at.left, self._layout.places, strict=True):
             out[list(places)] += one.columns @ residual.astype(np.float32)
         return out
+
+
+def _accelerated(backs: Sequence[Array], went: Sequence[Array], scale: Array) -> Array:
+    """The next step back (k,) by Anderson's acceleration.
+
+    The Jacobian of the point before belongs to another place of a bent valley, so that each step back by it, `backs`,
+    leaves a share of the way.  What the steps that were gone, `went`, made of it tells that share.
+
+    scale: (k,) by which a step's components are compared.
+    """
+    back = backs[-1]
+    if not went:
+        return back
+    fell = np.stack([b - a for a, b in pairwise(backs)], axis=1)
+    share = np.linalg.lstsq(scale[:, None] * fell, scale * back, rcond=LIMITS.acceleration_share)[0]
+    return np.asarray(back - (np.stack(went, axis=1) + fell) @ share)
 
 
 def _strong_directions(matrix: Array) -> tuple[Array, Array]:
@@ -187,17 +213,20 @@ def settled(
     window_s: float,
     last: bool,
     pool: Executor,
+    to_beat: float = math.inf,
 ) -> tuple[list[RotorValues], Array, list[float], list[float]]:
     """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more.
 
-    last: no longer window follows.
+    last: no longer window follows; to_beat: chi^2 above which the fit is of no use.
+
+    Raises RotorFitError, also where steps as good as the one before would not lead below `to_beat`.
     """
     most_steps, settled_chi2 = (
         (LIMITS.most_steps, LIMITS.found_chi2) if last else (LIMITS.few_steps, LIMITS.settled_chi2)
     )
     valley = Valley(shots, layout, first, window_s)
     damping, grows = LIMITS.first_damping, LIMITS.damping_grows
-    for _ in range(most_steps):
+    for left in reversed(range(most_steps)):
         normal = valley.linearised(values, pool)
         matrix, counts, chi2 = normal.matrix, normal.counts, normal.chi2
         reached, expected = None, 0.0
@@ -223,6 +252,8 @@ def settled(
         grows = LIMITS.damping_grows
         if max(fall, LIMITS.good_fall * expected) < settled_chi2:
             break
+        if reached.total - left * fall > to_beat:
+            raise RotorFitError(f"another rotor explains the first {window_s:.3g} s better")
         del normal, reached  # before the next ones, which are as large
     own = layout.size / len(shots)
     return values, matrix, chi2, [count - own for count in counts]

@@ -17,32 +17,39 @@ from __future__ import annotations
 
 import math
 
-from platform_daemon.estimation.numerics.jit import part
+from platform_daemon.estimation.numerics.jit import fast_part, lane_part
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 STATES = 13
 MOMENT, AXIS, OMEGA = 4, 7, 10
+LANES = 4
 
 # Parameters of the kernels, (SLOTS,).
 JEWEL, MASS, INERTIA, LINK, RADIUS = 0, 1, 2, 3, 4
 ANCHOR, STATOR, STATOR_MOMENT = 5, 8, 11  # (3,) each
 MOMENT_SIZE, WEIGHT = 14, 15  # A m^2; (3,) N
 DAMPING, SIDE_DAMPING, FRICTION, HERTZ, CREEP, CREEP_SPIN = 18, 19, 20, 21, 22, 23
-CREEP_LAW, LEAN_DAMPING, DAMPING_AXIS = 24, 25, 26
-SLOTS = 27
+CREEP_LAW, LEAN_DAMPING, DAMPING_AXIS, USUAL_LOAD_ROOT = 24, 25, 26, 27  # cube root of the load at rest, N^(1/3)
+SLOTS = 28
 
 # Field of the coils, (DRIVE_SLOTS,): amplitude along u, v, w, T; rad/s, phase of the current; time constant and end, s.
 FIELD, PULSATION, PHASE, LAG, END = 0, 3, 4, 5, 6
 DRIVE_SLOTS = 7
 
+# Rows of `lanes`, each of LANES numbers: state, parameters, amplitude of the coils' field, and d/dt of the state.
+STATE, PARAMETER, COILS, RATE = 0, STATES, STATES + SLOTS, STATES + SLOTS + 3
+ROWS = RATE + STATES
+
 PERMEABILITY = 1e-7  # mu_0 / (4 pi), T m/A
 SPIN_LEVER = 3.0 * math.pi / 16.0  # eq:tf
 SLIP_BY_SPIN, SPIN_BY_SLIP = 8.0 / (3.0 * math.pi), 15.0 * math.pi / 16.0  # Zhuravlev's coefficients
 SLOWEST_SPIN = THRESHOLDS.rigid_rotor.slowest_spin_rad_per_s
+NOTHING = 1e-30  # m^2/s, beside which no contact is small
+ROOT_ROUNDS = 4  # of Halley's method: from a load eight times off to the last digit
 SETTLED = 40.0  # time constants after which nothing is left of a transient
 
 
-@part
+@fast_part
 def drive_strength(t, drive):  # type: ignore[no-untyped-def]
     """Coil current over its amplitude: a sine that begins from zero at t = 0 and decays after its end."""
     lag = drive[LAG]
@@ -56,70 +63,133 @@ def drive_strength(t, drive):  # type: ignore[no-untyped-def]
     return level * math.exp(-late / lag) if lag > 0.0 and late < SETTLED * lag else 0.0
 
 
-@part
-def _magnets(y, p, cx, cy, cz, bx, by, bz):  # type: ignore[no-untyped-def]
-    """Force with weight, N, and torque, N m, on the rotor with its centre at c under the coils' field b, T."""
-    ex, ey, ez = cx - p[8], cy - p[9], cz - p[10]
+@lane_part
+def _at(lanes, row, lane):  # type: ignore[no-untyped-def]
+    """One number of a row."""
+    return lanes[row * LANES + lane]
+
+
+@lane_part
+def _three(lanes, row, lane):  # type: ignore[no-untyped-def]
+    """A vector that begins in a row."""
+    return lanes[row * LANES + lane], lanes[(row + 1) * LANES + lane], lanes[(row + 2) * LANES + lane]
+
+
+@lane_part
+def _magnets(lanes, lane, level, cx, cy, cz):  # type: ignore[no-untyped-def]
+    """Force with weight, N, and torque, N m, on the rotor with its centre at c while the coils' current is `level`."""
+    ox, oy, oz = _three(lanes, PARAMETER + STATOR, lane)
+    ex, ey, ez = cx - ox, cy - oy, cz - oz
     square = ex * ex + ey * ey + ez * ez
     distance = math.sqrt(square)
     ex, ey, ez = ex / distance, ey / distance, ez / distance
-    sx, sy, sz = p[11], p[12], p[13]
-    mx, my, mz = p[14] * y[4], p[14] * y[5], p[14] * y[6]
+    sx, sy, sz = _three(lanes, PARAMETER + STATOR_MOMENT, lane)
+    moment = _at(lanes, PARAMETER + MOMENT_SIZE, lane)
+    mx, my, mz = _three(lanes, STATE + MOMENT, lane)
+    mx, my, mz = moment * mx, moment * my, moment * mz
     se = sx * ex + sy * ey + sz * ez
     me = mx * ex + my * ey + mz * ez
     unit = PERMEABILITY / (square * distance)
-    bx += unit * (3.0 * se * ex - sx)
-    by += unit * (3.0 * se * ey - sy)
-    bz += unit * (3.0 * se * ez - sz)
+    bx, by, bz = _three(lanes, COILS, lane)
+    bx = level * bx + unit * (3.0 * se * ex - sx)
+    by = level * by + unit * (3.0 * se * ey - sy)
+    bz = level * bz + unit * (3.0 * se * ez - sz)
     pull = 3.0 * unit / distance
     rest = mx * sx + my * sy + mz * sz - 5.0 * se * me
-    fx = pull * (me * sx + se * mx + rest * ex) + p[15]
-    fy = pull * (me * sy + se * my + rest * ey) + p[16]
-    fz = pull * (me * sz + se * mz + rest * ez) + p[17]
+    gx, gy, gz = _three(lanes, PARAMETER + WEIGHT, lane)
+    fx = pull * (me * sx + se * mx + rest * ex) + gx
+    fy = pull * (me * sy + se * my + rest * ey) + gy
+    fz = pull * (me * sz + se * mz + rest * ez) + gz
     return fx, fy, fz, my * bz - mz * by, mz * bx - mx * bz, mx * by - my * bx
 
 
-@part
-def _friction(load, slip, spin, p):  # type: ignore[no-untyped-def]
-    """Friction force per slip, N s/m, and torque per spin, N m s, of the contact under a load, N."""
-    if load <= 0.0 or p[20] == 0.0:
-        return 0.0, 0.0
-    radius = p[21] * load ** (1.0 / 3.0)
-    most = p[20] * load
-    slow = p[24]
+@lane_part
+def _friction(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-def]
+    """Friction force per slip, N s/m, and torque per spin, N m s, of the contact under a load, N.
+
+    Its radius goes with the cube root of the load: Halley's method from the root at rest, which a lane can do.
+    """
+    pressed = max(load, 0.0)
+    root = _at(lanes, PARAMETER + USUAL_LOAD_ROOT, lane)
+    for _ in range(ROOT_ROUNDS):
+        cube = root * root * root
+        root *= (cube + 2.0 * pressed) / (2.0 * cube + pressed)
+    radius = _at(lanes, PARAMETER + HERTZ, lane) * root
+    most = _at(lanes, PARAMETER + FRICTION, lane) * pressed
+    creep, creep_spin = _at(lanes, PARAMETER + CREEP, lane), _at(lanes, PARAMETER + CREEP_SPIN, lane)
+    law = _at(lanes, PARAMETER + CREEP_LAW, lane)
     rest = SLOWEST_SPIN * SLOWEST_SPIN
-    turning = (1.0 - slow) * math.sqrt(spin * spin + p[23] * p[23] + rest)
-    turning += slow * (math.sqrt(spin * spin + rest) + p[23])
-    creeping = (1.0 - slow) * math.sqrt(slip * slip + p[22] * p[22]) + slow * (slip + abs(p[22]))
-    by_slip = most / (creeping + SLIP_BY_SPIN * radius * turning)
-    return by_slip, SPIN_LEVER * radius * most / (turning + SPIN_BY_SLIP * slip / radius)
+    turning = (1.0 - law) * math.sqrt(spin * spin + creep_spin * creep_spin + rest)
+    turning += law * (math.sqrt(spin * spin + rest) + creep_spin)
+    creeping = (1.0 - law) * math.sqrt(slip * slip + creep * creep) + law * (slip + abs(creep))
+    by_slip = most / (creeping + SLIP_BY_SPIN * radius * turning + NOTHING)
+    by_spin = SPIN_LEVER * radius * radius * most / (radius * turning + SPIN_BY_SLIP * slip + NOTHING)
+    return by_slip, by_spin
 
 
-@part
-def rates(t, y, p, drive, out):  # type: ignore[no-untyped-def]
-    """Write d/dt of the state y (STATES,) into out."""
-    length, radius, mass, inertia = p[3], p[4], p[1], p[2]
-    x, q, vx, vq = y[0], y[1], y[2], y[3]
-    z = math.sqrt(1.0 - x * x - q * q)
-    vz = -(x * vx + q * vq) / z  # rate of z
-    nx, ny, nz = -x, -q, z  # from the held point to the anchor
-    hx, hy, hz = length * vx, length * vq, -length * vz  # velocity of the held point
-    wx, wy, wz = y[10], y[11], y[12]
-    level = drive_strength(t, drive)
-    bx, by, bz = level * drive[0], level * drive[1], level * drive[2]
-    circling = (hx * hx + hy * hy + hz * hz) / length
-    cx, cy, cz = p[5] + length * x, p[6] + length * q, p[7] - length * z
-    if p[0] == 0.0:
-        ax, ay, az = y[7], y[8], y[9]
+@fast_part
+def _jewel_rates(level, lanes):  # type: ignore[no-untyped-def]
+    """The rates of rotors in cups, of which the held point is the centre."""
+    for lane in range(LANES):
+        mass, inertia = _at(lanes, PARAMETER + MASS, lane), _at(lanes, PARAMETER + INERTIA, lane)
+        length, radius = _at(lanes, PARAMETER + LINK, lane), _at(lanes, PARAMETER + RADIUS, lane)
+        x, q, vx = _three(lanes, STATE, lane)
+        vq = _at(lanes, STATE + 3, lane)
+        z = math.sqrt(1.0 - x * x - q * q)
+        vz = -(x * vx + q * vq) / z  # rate of z
+        nx, ny, nz = -x, -q, z  # from the held point to the anchor
+        hx, hy, hz = length * vx, length * vq, -length * vz  # velocity of the held point
+        wx, wy, wz = _three(lanes, STATE + OMEGA, lane)
+        ox, oy, oz = _three(lanes, PARAMETER + ANCHOR, lane)
+        fx, fy, fz, tx, ty, tz = _magnets(lanes, lane, level, ox + length * x, oy + length * q, oz - length * z)
+        loss = 2.0 * mass * _at(lanes, PARAMETER + SIDE_DAMPING, lane)
+        fx, fy, fz = fx - loss * hx, fy - loss * hy, fz - loss * hz
+        spin = wx * nx + wy * ny + wz * nz
+        load = mass * (hx * hx + hy * hy + hz * hz) / length - (nx * fx + ny * fy + nz * fz)
+        sx = hx - radius * (wy * nz - wz * ny)  # velocity of the surface at the contact
+        sy = hy - radius * (wz * nx - wx * nz)
+        sz = hz - radius * (wx * ny - wy * nx)
+        by_slip, by_spin = _friction(lanes, lane, load, math.sqrt(sx * sx + sy * sy + sz * sz), abs(spin))
+        sx, sy, sz = -by_slip * sx, -by_slip * sy, -by_slip * sz
+        lean_damping = _at(lanes, PARAMETER + LEAN_DAMPING, lane)
+        about = (2.0 * inertia * (_at(lanes, PARAMETER + DAMPING, lane) - lean_damping) + by_spin) * spin
+        loss = 2.0 * inertia * lean_damping
+        gx = (tx - loss * wx - about * nx - radius * (ny * sz - nz * sy)) / inertia
+        gy = (ty - loss * wy - about * ny - radius * (nz * sx - nx * sz)) / inertia
+        gz = (tz - loss * wz - about * nz - radius * (nx * sy - ny * sx)) / inertia
+        pull_x = (fx + load * nx + sx) / (mass * length)
+        pull_y = (fy + load * ny + sy) / (mass * length)
+        _write(lanes, lane, vx, vq, pull_x, pull_y, 0.0, 0.0, 0.0, wx, wy, wz, gx, gy, gz)
+
+
+@fast_part
+def _thread_rates(level, lanes):  # type: ignore[no-untyped-def]
+    """The rates of rotors on threads, of which the held point is a pole."""
+    for lane in range(LANES):
+        mass, inertia = _at(lanes, PARAMETER + MASS, lane), _at(lanes, PARAMETER + INERTIA, lane)
+        length, radius = _at(lanes, PARAMETER + LINK, lane), _at(lanes, PARAMETER + RADIUS, lane)
+        x, q, vx = _three(lanes, STATE, lane)
+        vq = _at(lanes, STATE + 3, lane)
+        z = math.sqrt(1.0 - x * x - q * q)
+        vz = -(x * vx + q * vq) / z  # rate of z
+        nx, ny, nz = -x, -q, z  # from the held point to the anchor
+        hx, hy, hz = length * vx, length * vq, -length * vz  # velocity of the held point
+        wx, wy, wz = _three(lanes, STATE + OMEGA, lane)
+        ax, ay, az = _three(lanes, STATE + AXIS, lane)
         rx, ry, rz = wy * az - wz * ay, wz * ax - wx * az, wx * ay - wy * ax  # rate of the axis
-        fx, fy, fz, tx, ty, tz = _magnets(y, p, cx - radius * ax, cy - radius * ay, cz - radius * az, bx, by, bz)
-        loss = 2.0 * mass * p[19]
+        ox, oy, oz = _three(lanes, PARAMETER + ANCHOR, lane)
+        cx, cy, cz = ox + length * x - radius * ax, oy + length * q - radius * ay, oz - length * z - radius * az
+        fx, fy, fz, tx, ty, tz = _magnets(lanes, lane, level, cx, cy, cz)
+        loss = 2.0 * mass * _at(lanes, PARAMETER + SIDE_DAMPING, lane)
         fx -= loss * (hx - radius * rx)
         fy -= loss * (hy - radius * ry)
         fz -= loss * (hz - radius * rz)
-        lx, ly, lz = ax + p[26] * (nx - ax), ay + p[26] * (ny - ay), az + p[26] * (nz - az)
-        about = 2.0 * inertia * (p[18] - p[25]) * (wx * lx + wy * ly + wz * lz) / (lx * lx + ly * ly + lz * lz)
-        loss = 2.0 * inertia * p[25]
+        to_thread = _at(lanes, PARAMETER + DAMPING_AXIS, lane)
+        lx, ly, lz = ax + to_thread * (nx - ax), ay + to_thread * (ny - ay), az + to_thread * (nz - az)
+        lean_damping = _at(lanes, PARAMETER + LEAN_DAMPING, lane)
+        about = 2.0 * inertia * (_at(lanes, PARAMETER + DAMPING, lane) - lean_damping)
+        about *= (wx * lx + wy * ly + wz * lz) / (lx * lx + ly * ly + lz * lz)
+        loss = 2.0 * inertia * lean_damping
         tx -= loss * wx + about * lx
         ty -= loss * wy + about * ly
         tz -= loss * wz + about * lz
@@ -127,37 +197,40 @@ def rates(t, y, p, drive, out):  # type: ignore[no-untyped-def]
         kx, ky, kz = (ty * az - tz * ay) / inertia, (tz * ax - tx * az) / inertia, (tx * ay - ty * ax) / inertia
         cosine = ax * nx + ay * ny + az * nz
         along = nx * (kx + ix) + ny * (ky + iy) + nz * (kz + iz)
+        circling = (hx * hx + hy * hy + hz * hz) / length
         tension = mass * (circling - radius * along) - (nx * fx + ny * fy + nz * fz)
         tension /= 1.0 + mass * radius * radius * (1.0 - cosine * cosine) / inertia
         lever = radius * tension
         gx = (tx + lever * (ay * nz - az * ny)) / inertia
         gy = (ty + lever * (az * nx - ax * nz)) / inertia
         gz = (tz + lever * (ax * ny - ay * nx)) / inertia
-        pull_x = (fx + tension * nx) / mass + radius * (gy * az - gz * ay + ix)
-        pull_y = (fy + tension * ny) / mass + radius * (gz * ax - gx * az + iy)
-        out[7], out[8], out[9] = rx, ry, rz
+        pull_x = ((fx + tension * nx) / mass + radius * (gy * az - gz * ay + ix)) / length
+        pull_y = ((fy + tension * ny) / mass + radius * (gz * ax - gx * az + iy)) / length
+        _write(lanes, lane, vx, vq, pull_x, pull_y, rx, ry, rz, wx, wy, wz, gx, gy, gz)
+
+
+@lane_part
+def _write(lanes, lane, vx, vq, pull_x, pull_y, rx, ry, rz, wx, wy, wz, gx, gy, gz):  # type: ignore[no-untyped-def]
+    """The rates into their rows; the moment turns with the rotor."""
+    mx, my, mz = _three(lanes, STATE + MOMENT, lane)
+    lanes[(RATE + 0) * LANES + lane], lanes[(RATE + 1) * LANES + lane] = vx, vq
+    lanes[(RATE + 2) * LANES + lane], lanes[(RATE + 3) * LANES + lane] = pull_x, pull_y
+    lanes[(RATE + MOMENT) * LANES + lane] = wy * mz - wz * my
+    lanes[(RATE + MOMENT + 1) * LANES + lane] = wz * mx - wx * mz
+    lanes[(RATE + MOMENT + 2) * LANES + lane] = wx * my - wy * mx
+    lanes[(RATE + AXIS) * LANES + lane] = rx
+    lanes[(RATE + AXIS + 1) * LANES + lane] = ry
+    lanes[(RATE + AXIS + 2) * LANES + lane] = rz
+    lanes[(RATE + OMEGA) * LANES + lane] = gx
+    lanes[(RATE + OMEGA + 1) * LANES + lane] = gy
+    lanes[(RATE + OMEGA + 2) * LANES + lane] = gz
+
+
+@fast_part
+def rates(t, drive, lanes):  # type: ignore[no-untyped-def]
+    """Write d/dt of the states into their rows of `lanes` (ROWS * LANES,)."""
+    level = drive_strength(t, drive)
+    if lanes[(PARAMETER + JEWEL) * LANES] != 0.0:
+        _jewel_rates(level, lanes)
     else:
-        fx, fy, fz, tx, ty, tz = _magnets(y, p, cx, cy, cz, bx, by, bz)
-        loss = 2.0 * mass * p[19]
-        fx, fy, fz = fx - loss * hx, fy - loss * hy, fz - loss * hz
-        spin = wx * nx + wy * ny + wz * nz
-        load = mass * circling - (nx * fx + ny * fy + nz * fz)
-        sx = hx - radius * (wy * nz - wz * ny)  # velocity of the surface at the contact
-        sy = hy - radius * (wz * nx - wx * nz)
-        sz = hz - radius * (wx * ny - wy * nx)
-        by_slip, by_spin = _friction(load, math.sqrt(sx * sx + sy * sy + sz * sz), abs(spin), p)
-        sx, sy, sz = -by_slip * sx, -by_slip * sy, -by_slip * sz
-        about = (2.0 * inertia * (p[18] - p[25]) + by_spin) * spin
-        loss = 2.0 * inertia * p[25]
-        gx = (tx - loss * wx - about * nx - radius * (ny * sz - nz * sy)) / inertia
-        gy = (ty - loss * wy - about * ny - radius * (nz * sx - nx * sz)) / inertia
-        gz = (tz - loss * wz - about * nz - radius * (nx * sy - ny * sx)) / inertia
-        pull_x = (fx + load * nx + sx) / mass
-        pull_y = (fy + load * ny + sy) / mass
-        out[7], out[8], out[9] = 0.0, 0.0, 0.0
-    out[0], out[1] = vx, vq
-    out[2], out[3] = pull_x / length, pull_y / length
-    out[4] = wy * y[6] - wz * y[5]
-    out[5] = wz * y[4] - wx * y[6]
-    out[6] = wx * y[5] - wy * y[4]
-    out[10], out[11], out[12] = gx, gy, gz
+        _thread_rates(level, lanes)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -30,6 +31,7 @@ from .equations import (
     INERTIA,
     JEWEL,
     LAG,
+    LANES,
     LEAN_DAMPING,
     LINK,
     MASS,
@@ -46,10 +48,12 @@ from .equations import (
     STATES,
     STATOR,
     STATOR_MOMENT,
+    USUAL_LOAD_ROOT,
     WEIGHT,
 )
-from .swing import accelerations, swing
+from .swing import accelerations, swings
 
+T = TypeVar("T")
 LIMITS = THRESHOLDS.rigid_rotor
 DOWN_M_PER_S2 = (0.0, 0.0, -9.81)  # world axes
 EMPTY: Array = np.zeros(0)
@@ -251,7 +255,8 @@ class RigidRotor:
         p[WEIGHT : WEIGHT + 3] = g.mass_kg * self.rotation.T @ np.array(self.gravity_m_per_s2)
         p[DAMPING], p[SIDE_DAMPING] = v.lambda_per_s, v.side_damping_per_s
         p[FRICTION] = v.friction_coefficient
-        p[HERTZ] = self.contact_radius_m / self._pull_n ** (1.0 / 3.0)
+        p[USUAL_LOAD_ROOT] = self._pull_n ** (1.0 / 3.0)
+        p[HERTZ] = self.contact_radius_m / p[USUAL_LOAD_ROOT]
         p[LEAN_DAMPING], p[DAMPING_AXIS] = v.lean_damping_per_s, v.damping_axis_to_thread
         p[CREEP], p[CREEP_SPIN], p[CREEP_LAW] = (
             v.creep_m_per_s,
@@ -276,7 +281,6 @@ class RigidRotor:
             raise NoRestError(f"magnets {self.values.distance_m:.3g} m apart with {self.values.m_r_am2:.3g} A m^2")
         p = self.parameters.copy()
         p[[FRICTION, DAMPING, SIDE_DAMPING, LEAN_DAMPING]] = 0.0
-        still = np.zeros(DRIVE_SLOTS)
         tilt = 0.0 if p[JEWEL] else self.values.bearing_tilt_rad
         moment, axis = np.array([math.cos(tilt), 0.0, -math.sin(tilt)]), np.array([0.0, 0.0, 1.0])
         small, scale = np.zeros(5), self.omega_rad_per_s**2
@@ -288,15 +292,23 @@ class RigidRotor:
             y[AXIS : AXIS + 3] = turn @ axis if not p[JEWEL] else 0.0
             return y
 
-        def pull(at: Array) -> Array:
-            rate = accelerations(state(at), p, still)
-            return np.concatenate([rate[2:4], rate[OMEGA:]]) / scale
+        many = np.repeat(p[:, None], LANES, axis=1)
 
+        def pulls(places: Array) -> Array:
+            """(places, 5) of places (places, 5)."""
+            states = [state(at) for at in places]
+            rates = [
+                accelerations(np.stack(padded(states[k : k + LANES]), axis=1), many)
+                for k in range(0, len(states), LANES)
+            ]
+            rate = np.concatenate(rates, axis=1)[:, : len(places)].T
+            return np.concatenate([rate[:, 2:4], rate[:, OMEGA:]], axis=1) / scale
+
+        unit = np.eye(5) * LIMITS.rest_step
         for _ in range(LIMITS.rest_rounds):
-            slope = np.empty((5, 5))
-            for k, unit in enumerate(np.eye(5) * LIMITS.rest_step):
-                slope[:, k] = (pull(small + unit) - pull(small - unit)) / (2.0 * LIMITS.rest_step)
-            step = np.linalg.lstsq(slope, -pull(small), rcond=LIMITS.rest_step)[0]
+            found = pulls(np.concatenate([small + unit, small - unit, [small]]))
+            slope = (found[:5] - found[5:10]).T / (2.0 * LIMITS.rest_step)
+            step = np.linalg.lstsq(slope, -found[10], rcond=LIMITS.rest_step)[0]
             small += step
             if not np.hypot(small[0], small[1]) < LIMITS.rest_farthest:
                 break
@@ -335,17 +347,71 @@ class RigidRotor:
         scale[OMEGA:] *= self.omega_rad_per_s
         return scale
 
-    def dm_dt(self, samples: int, rate_hz: float, steps: Array = EMPTY) -> tuple[Array, Array]:
+    def dm_dt(self, samples: int, rate_hz: float) -> tuple[Array, Array]:
         """dm/dt in world axes, (3, samples) A m^2/s, and the ends of the steps, s.
 
-        steps: those of a neighbour, so that their difference is smooth.  Raises NoRestError, LostRotorError.
+        Raises NoRestError, LostRotorError.
         """
-        out = np.zeros((samples, 3))
-        first_s = self.drive.rx_start_s + self.values.drive_delay_s
-        ends = swing(self.start(), self.parameters, self.coils, first_s, 1.0 / rate_hz, self.tolerances(), steps, out)
-        last_s = first_s + (samples - 1) / rate_hz
-        if steps.size == 0 and (ends.size == 0 or ends[-1] < last_s):
+        motions, ends = _motions([self], [self.start()], samples, rate_hz, EMPTY)
+        last_s = self.drive.rx_start_s + self.values.drive_delay_s + (samples - 1) / rate_hz
+        if ends.size == 0 or ends[-1] < last_s:
             raise LostRotorError("the rotor's motion cannot be followed")
-        if not np.all(np.isfinite(out)):
+        (found,) = motions
+        if found is None:
             raise LostRotorError("the rotor's motion runs away")
-        return self.values.m_r_am2 * (self.rotation @ out.T), ends
+        return found, ends
+
+
+def neighbours(rotors: Sequence[RigidRotor], samples: int, rate_hz: float, steps: Array) -> list[Array | None]:
+    """dm/dt in world axes, (3, samples) A m^2/s, of up to LANES rotors in the time that one takes.
+
+    Args:
+        rotors: of one geometry and drive.
+        samples: of each.
+        rate_hz: of the samples.
+        steps: ends of those that a rotor near them takes, so that their differences are smooth.
+
+    Returns:
+        Of each; None where it has no rest or its motion runs away.
+    """
+    starts: list[Array] = []
+    kept: list[int] = []
+    for k, rotor in enumerate(rotors):
+        with suppress(NoRestError):
+            starts.append(rotor.start())
+            kept.append(k)
+    found: list[Array | None] = [None] * len(rotors)
+    if kept:
+        motions, _ = _motions([rotors[k] for k in kept], starts, samples, rate_hz, steps)
+        for k, motion in zip(kept, motions, strict=True):
+            found[k] = motion
+    return found
+
+
+def _motions(
+    rotors: Sequence[RigidRotor], starts: Sequence[Array], samples: int, rate_hz: float, steps: Array
+) -> tuple[list[Array | None], Array]:
+    """dm/dt of each, None where it is not finite, and the ends of the steps; of none are given they are chosen."""
+    one, lanes = rotors[0], padded(rotors)
+    out = np.zeros((LANES, samples, 3))
+    ends = swings(
+        np.stack(padded(starts), axis=1),
+        np.stack([r.parameters for r in lanes], axis=1),
+        np.stack([r.coils[FIELD : FIELD + 3] for r in lanes], axis=1),
+        one.coils,
+        np.array([r.drive.rx_start_s + r.values.drive_delay_s for r in lanes]),
+        1.0 / rate_hz,
+        one.tolerances(),
+        steps,
+        out,
+    )
+    found: list[Array | None] = []
+    for rotor, motion in zip(rotors, out, strict=False):
+        followed = bool(np.all(np.isfinite(motion)))
+        found.append(rotor.values.m_r_am2 * (rotor.rotation @ motion.T) if followed else None)
+    return found, ends
+
+
+def padded(items: Sequence[T]) -> list[T]:
+    """As many as there are lanes, of which the last one is repeated."""
+    return [*items, *[items[-1]] * (LANES - len(items))]

@@ -1,7 +1,7 @@
 """Integration of the rigid rotor: the explicit method of order 5(4) by Dormand and Prince with dense output.
 
-A motion chooses its steps by the estimated error.  Neighbours in parameter space are computed at the steps of the first
-one, so that differences between them hold no noise of the choice of steps.
+A motion chooses its steps by the estimated error.  Its neighbours in parameter space, which are computed beside it or
+later, take the same steps, so that differences between them hold no noise of the choice of steps.
 """
 
 from __future__ import annotations
@@ -11,14 +11,17 @@ import math
 import numpy as np
 from scipy.integrate import RK45
 
-from platform_daemon.estimation.numerics.jit import kernel, part
+from platform_daemon.estimation.numerics.jit import fast_kernel, fast_part
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
-from .equations import END, OMEGA, STATES, rates
+from .equations import COILS, DRIVE_SLOTS, END, LANES, MOMENT, OMEGA, PARAMETER, RATE, ROWS, STATES, rates
 
 LIMITS = THRESHOLDS.rigid_rotor
 STAGES = 7  # with the one that is the first of the next step
-A, B, C, E, DENSE = (np.ascontiguousarray(table) for table in (RK45.A, RK45.B, RK45.C, RK45.E, RK45.P))
+E, DENSE = (np.ascontiguousarray(table) for table in (RK45.E, RK45.P))
+WEIGHTS = np.vstack([np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B])  # of the rates in each stage, the last one is the end
+NODES = np.append(RK45.C, 1.0)
+STATE_SIZE = STATES * LANES
 ORDERS = DENSE.shape[1]
 FIRST_STEP = LIMITS.first_step
 SAFETY, SHRINK, GROW = LIMITS.safety, LIMITS.shrink, LIMITS.grow
@@ -26,89 +29,123 @@ SHORTEST_S, FAILED, LAST_STEP = LIMITS.shortest_step_s, LIMITS.failed_error, LIM
 MOST_STEPS_PER_S = LIMITS.most_steps_per_s
 
 
-@kernel
-def accelerations(y, p, drive):  # type: ignore[no-untyped-def]
-    """d/dt of the state y at t = 0, (STATES,)."""
-    out = np.empty(STATES)
-    rates(0.0, y, p, drive, out)
+@fast_kernel
+def accelerations(y, p):  # type: ignore[no-untyped-def]
+    """d/dt of the states y, (STATES, LANES), without a drive; p: (SLOTS, LANES)."""
+    lanes, out = np.zeros(ROWS * LANES), np.empty((STATES, LANES))
+    _fill(lanes, 0, y)
+    _fill(lanes, PARAMETER, p)
+    rates(0.0, np.zeros(DRIVE_SLOTS), lanes)
+    for row in range(STATES):
+        for lane in range(LANES):
+            out[row, lane] = lanes[(RATE + row) * LANES + lane]
     return out
 
 
-@part
-def _attempt(t, h, y, p, drive, k, work, new):  # type: ignore[no-untyped-def]
-    """A step from y into `new`; k: (STAGES, STATES), row 0 given, the last row becomes the rates at the end."""
-    for stage in range(1, STAGES - 1):
-        for i in range(STATES):
-            total = 0.0
-            for j in range(stage):
-                total += A[stage, j] * k[j, i]
-            work[i] = y[i] + h * total
-        rates(t + C[stage] * h, work, p, drive, k[stage])
-    for i in range(STATES):
-        total = 0.0
-        for j in range(STAGES - 1):
-            total += B[j] * k[j, i]
-        new[i] = y[i] + h * total
-    rates(t + h, new, p, drive, k[STAGES - 1])
+@fast_part
+def _fill(lanes, first, rows):  # type: ignore[no-untyped-def]
+    """Write rows (k, LANES) into `lanes` from row `first` on."""
+    for row in range(rows.shape[0]):
+        for lane in range(LANES):
+            lanes[(first + row) * LANES + lane] = rows[row, lane]
 
 
-@part
+@fast_part
+def _attempt(t, h, now, drive, k, lanes):  # type: ignore[no-untyped-def]
+    """A step from the states `now`, after which those of `lanes` are the new ones.
+
+    now: (STATES * LANES,); k: (STAGES, STATES * LANES), row 0 given, the last row becomes the rates at the end.
+    """
+    for stage in range(1, STAGES):
+        for n in range(STATE_SIZE):
+            lanes[n] = now[n]
+        for j in range(stage):
+            weight = h * WEIGHTS[stage, j]
+            for n in range(STATE_SIZE):
+                lanes[n] += weight * k[j, n]
+        rates(t + NODES[stage] * h, drive, lanes)
+        for n in range(STATE_SIZE):
+            k[stage, n] = lanes[RATE * LANES + n]
+
+
+@fast_part
 def _error(h, k, scale):  # type: ignore[no-untyped-def]
-    """Estimated error of the step relative to the tolerance."""
+    """Estimated error of the step of the first lane relative to the tolerance."""
     squares = 0.0
     for i in range(STATES):
         total = 0.0
         for j in range(STAGES):
-            total += E[j] * k[j, i]
+            total += E[j] * k[j, i * LANES]
         squares += (h * total / scale[i]) ** 2
     return math.sqrt(squares)
 
 
-@part
-def _sample(y, h, x, k, out):  # type: ignore[no-untyped-def]
-    """Write omega x moment at the fraction x of the step into out (3,)."""
-    place = np.empty(6)
-    for n in range(6):
-        i = 4 + n if n < 3 else OMEGA + n - 3
-        total = 0.0
-        for j in range(STAGES):
-            weight = 0.0
-            for order in range(ORDERS - 1, -1, -1):
-                weight = (weight + DENSE[j, order]) * x
-            total += weight * k[j, i]
-        place[n] = y[i] + h * total
-    mx, my, mz, wx, wy, wz = place
+@fast_part
+def _sample(now, h, x, k, lane, weight, out):  # type: ignore[no-untyped-def]
+    """Write omega x moment of a lane at the fraction x of the step into out (3,); weight: (STAGES,), overwritten."""
+    for j in range(STAGES):
+        weight[j] = 0.0
+        for order in range(ORDERS - 1, -1, -1):
+            weight[j] = (weight[j] + DENSE[j, order]) * x
+    mx, my, mz = _dense(now, h, k, MOMENT, lane, weight)
+    wx, wy, wz = _dense(now, h, k, OMEGA, lane, weight)
     out[0] = wy * mz - wz * my
     out[1] = wz * mx - wx * mz
     out[2] = wx * my - wy * mx
 
 
-@kernel
-def swing(y, p, drive, first_s, step_s, scale, given, out):  # type: ignore[no-untyped-def]
-    """Motion from state y at t = 0, the start of the drive; fills out (n, 3) with d(moment/m_r)/dt along u, v, w, 1/s.
+@fast_part
+def _dense(now, h, k, row, lane, weight):  # type: ignore[no-untyped-def]
+    """A vector of the state within the step, that begins in a row."""
+    n = row * LANES + lane
+    x = y = z = 0.0
+    for j in range(STAGES):
+        x += weight[j] * k[j, n]
+        y += weight[j] * k[j, n + LANES]
+        z += weight[j] * k[j, n + 2 * LANES]
+    return now[n] + h * x, now[n + LANES] + h * y, now[n + 2 * LANES] + h * z
 
-    first_s, step_s: time of the first sample and distance of the samples; scale: (STATES,) tolerated error per step;
-    given: ends of the steps of another motion, (0,): they are chosen.  Returns the ends of the steps; they are fewer
-    than the samples need if the motion cannot be followed.
+
+@fast_kernel
+def swings(y, p, coils, drive, first_s, step_s, scale, given, out):  # type: ignore[no-untyped-def]
+    """Motions from states y at t = 0, the start of the drive; fills out (LANES, n, 3) with d(moment/m_r)/dt, 1/s.
+
+    Args:
+        y: (STATES, LANES).
+        p: (SLOTS, LANES).
+        coils: (3, LANES) amplitude of the field along u, v, w, T.
+        drive: (DRIVE_SLOTS,) of all lanes.
+        first_s: (LANES,) time of the first sample.
+        step_s: distance of the samples.
+        scale: (STATES,) tolerated error per step.
+        given: ends of the steps of another motion; (0,): they are chosen for the first lane.
+        out: along u, v, w.
+
+    Returns:
+        The ends of the steps; they are fewer than the samples need if the motion of the first lane cannot be followed.
     """
-    n = out.shape[0]
-    end = max(first_s + n * step_s, drive[END])  # a sample more: neighbours may be sampled a little later
-    k, work, new = np.empty((STAGES, STATES)), np.empty(STATES), np.empty(STATES)
-    now = y.copy()
-    ends = np.empty(1024 if given.size == 0 else given.size)
-    count, sample = 0, 0
-    t, h = 0.0, FIRST_STEP * step_s
-    rates(t, now, p, drive, k[0])
+    samples = out.shape[1]
+    end = max(first_s.max() + samples * step_s, drive[END])
+    k, now, weight = np.empty((STAGES, STATE_SIZE)), np.empty(STATE_SIZE), np.empty(STAGES)
+    lanes, sampled = np.zeros(ROWS * LANES), np.zeros(LANES, np.int64)
+    _fill(lanes, 0, y)
+    _fill(lanes, PARAMETER, p)
+    _fill(lanes, COILS, coils)
+    now[:] = lanes[:STATE_SIZE]
+    ends = np.empty(max(1024, given.size))
+    count, t, h = 0, 0.0, FIRST_STEP * step_s
+    rates(t, drive, lanes)
+    k[0] = lanes[RATE * LANES :]
     while t < end:
         if given.size > 0:
-            if count >= given.size:
-                break
-            stop = given[count]
+            # one that is sampled later goes on with the last step
+            stop = given[count] if count < given.size else t + h
+            h = stop - t
         else:
             limit = drive[END] if t < drive[END] else end
             stop = limit if t + h > limit or limit - (t + h) < LAST_STEP * h else t + h
         length = stop - t
-        _attempt(t, length, now, p, drive, k, work, new)
+        _attempt(t, length, now, drive, k, lanes)
         if given.size == 0:
             error = _error(length, k, scale)
             if not error <= 1.0:
@@ -118,11 +155,12 @@ def swing(y, p, drive, first_s, step_s, scale, given, out):  # type: ignore[no-u
                 continue
             grow = GROW if error == 0.0 else min(GROW, SAFETY * error**-0.2)
             h = max(h, length * grow) if length < h else length * grow
-        while sample < n and first_s + sample * step_s <= stop:
-            at = first_s + sample * step_s
-            if at >= t:
-                _sample(now, length, (at - t) / length, k, out[sample])
-            sample += 1
+        for lane in range(LANES):
+            while sampled[lane] < samples and first_s[lane] + sampled[lane] * step_s <= stop:
+                at = first_s[lane] + sampled[lane] * step_s
+                if at >= t:
+                    _sample(now, length, (at - t) / length, k, lane, weight, out[lane, sampled[lane]])
+                sampled[lane] += 1
         if count > MOST_STEPS_PER_S * end:
             break
         if count == ends.size:
@@ -132,11 +170,12 @@ def swing(y, p, drive, first_s, step_s, scale, given, out):  # type: ignore[no-u
         ends[count] = stop
         count += 1
         t = stop
-        now[:] = new
-        if not math.isfinite(now[0]):
+        now[:] = lanes[:STATE_SIZE]
+        if given.size == 0 and not math.isfinite(now[0]):
             break
         if stop == drive[END]:
-            rates(t, now, p, drive, k[0])
+            rates(t, drive, lanes)
+            k[0] = lanes[RATE * LANES :]
         else:
             k[0] = k[STAGES - 1]
     return ends[:count]

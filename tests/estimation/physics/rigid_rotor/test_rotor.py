@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from platform_daemon.estimation.physics.rigid_rotor.equations import END, FIELD, PULSATION
+from platform_daemon.estimation.physics.rigid_rotor.equations import END, FIELD, LANES, PULSATION
 from platform_daemon.estimation.physics.rigid_rotor.rotor import (
     EMPTY,
     CoilDrive,
     LostRotorError,
     NoRestError,
     RigidRotor,
+    neighbours,
 )
-from platform_daemon.estimation.physics.rigid_rotor.swing import swing
+from platform_daemon.estimation.physics.rigid_rotor.swing import swings
 from tests.kit.estimated_rotors import true_rotor
 from tests.kit.rigid_rotor_reference import TINY, Reference
 from tests.kit.rigid_rotors import rigid_specimen
@@ -50,12 +51,13 @@ def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds
         (0.0, seconds), np.concatenate([start, np.zeros(5)]), method="DOP853", rtol=1e-9, atol=1e-10,
     ).y[:, -1]  # fmt: skip
     rate = sum(end[5 + k] * other.moment(end[:5] + TINY * 1j * np.eye(5)[k]).imag / TINY for k in range(5))
-    y, drive, out = np.zeros(13), np.zeros(7), np.zeros((1, 3))
+    y, drive, out = np.zeros(13), np.zeros(7), np.zeros((LANES, 1, 3))
     y[4:7] = other.moment(start) / ours.values.m_r_am2
     y[7:10] = other.rotation(start)[:, 2] if name == "thread" else 0.0
     drive[FIELD : FIELD + 3], drive[PULSATION], drive[END] = field, omega, seconds
-    swing(y, p, drive, seconds, 1.0, ours.tolerances(), EMPTY, out)
-    assert out[0] * ours.values.m_r_am2 == pytest.approx(rate, abs=1e-6 * np.linalg.norm(rate))
+    in_lanes = [np.stack([each] * LANES, axis=1) for each in (y, p, field)]
+    swings(*in_lanes, drive, np.full(LANES, seconds), 1.0, ours.tolerances(), EMPTY, out)
+    assert out[0, 0] * ours.values.m_r_am2 == pytest.approx(rate, abs=1e-6 * np.linalg.norm(rate))
 
 
 def test_a_rotor_at_rest_in_its_own_tilted_place_stays_there():
@@ -73,16 +75,31 @@ def test_neighbours_at_the_same_steps_differ_smoothly():
     _, steps = rotor.dm_dt(1000, RATE_HZ)
 
     def slope(h):
-        low, high = (
-            RigidRotor(rotor.geometry, replace(rotor.values, stator_tilt_rad=0.03 + s * h), DRIVE).dm_dt(
-                1000, RATE_HZ, steps
-            )[0]
-            for s in (-1, 1)
-        )
+        pair = [RigidRotor(rotor.geometry, replace(rotor.values, stator_tilt_rad=0.03 + s * h), DRIVE) for s in (-1, 1)]
+        low, high = neighbours(pair, 1000, RATE_HZ, steps)
         return (high - low) / (2 * h)
 
     coarse, fine = slope(1e-5), slope(1e-6)
     assert np.abs(coarse - fine).max() < 1e-4 * np.abs(fine).max()
+
+
+@pytest.mark.parametrize("name", ["thread", "jewel"])
+def test_rotors_beside_each_other_are_those_alone(name):
+    """Each with its own start, parameters, field and first sample; one without a rest is left out."""
+    rotor = true_rotor(rigid_specimen(name, [2.0, 1.0, -9.0], defects={"stator_tilt_rad": 0.03}), DRIVE)
+    numbers = [{"f_nat_hz": 214.0}, {"stator_tilt_rad": 1.5}, {"drive_size": 0.97, "turn_u_rad": 0.01}]
+    delays = [0.0, 0.0, 3e-6]
+    changed = [
+        RigidRotor(rotor.geometry, rotor.values.with_numbers({**n, "drive_delay_s": d}), DRIVE)
+        for n, d in zip(numbers, delays, strict=True)
+    ]
+    _, steps = changed[0].dm_dt(500, RATE_HZ)
+    together = neighbours(changed, 500, RATE_HZ, steps)
+    assert together[1] is None
+    for one, found in zip(changed[::2], together[::2], strict=True):
+        alone, _ = one.dm_dt(500, RATE_HZ)
+        assert np.abs(found - alone).max() < 1e-6 * np.abs(alone).max()
+    assert np.abs(together[0] - together[2]).max() > 1e-3 * np.abs(together[0]).max()
 
 
 def test_contact_radius_and_distance_follow_from_what_is_measured():
