@@ -46,7 +46,6 @@ class SeriesFits:
         self._window = plan.request.window
         self.frames: list[Future[FrameFit] | str] = []
         self._without_fit: set[Future[FrameFit]] = set()  # harmonics, and the noise of blank shots, not yet done
-        self._fits: dict[int, bytes] = {}  # by frame
         self._noise: bytes | None = None
 
     def refused(self, reason: str) -> None:
@@ -91,8 +90,7 @@ class SeriesFits:
 
         if self._window is None:
             return None
-        fits = [fit if isinstance(fit, str) else self._fits[k] for k, fit in enumerate(outcomes)]
-        task = SeriesTable(file, self._plan.model, self._window, self._calibration, fits)
+        task = SeriesTable(file, self._plan.model, self._window, self._calibration, outcomes)
         made = run_task_with_retry(self._executor, KIND, task)
         return made.table, made.report
 
@@ -120,9 +118,8 @@ class SeriesFits:
         self._noise = found.noise
         if found.harmonics is not None:
             self._live.see(job.identifier, frame + 1, found.harmonics)
-        if found.fit is None or found.frame is None:
+        if found.frame is None:
             return unfitted(frame, BLANK)
-        self._fits[frame] = found.fit
         fit = found.frame.model_copy(update={"frame": frame})
         job.shots.fitted(frame + 1, fit)
         self._tell(fit_event(job, frame + 1, fit, self._plan.specimen.name, temperature_c))

@@ -58,14 +58,12 @@ def checked_model(label: str, library: Path | None) -> NamedModel:
 class ShotFit:
     """Results of one shot.
 
-    noise: what the series has learned, bytes for the next shot; harmonics: of an excited shot; fit: bytes for
-    `SeriesTable`, None: none was requested; frame: the same fit as reported, with number 0; values: parameters of a
-    good fit by public name.
+    noise: what the series has learned, bytes for the next shot; harmonics: of an excited shot; frame: its fit as
+    reported, with number 0, None: none was requested.
     """
 
     noise: bytes | None
     harmonics: ShotHarmonics | None
-    fit: bytes | None = None
     frame: FrameFit | None = None
 
 
@@ -115,7 +113,7 @@ class OnlineFit:
         ask = FitRequest(choice, self.window, moment_am2=self.moment_am2, weight_over_pull=weight)
         taken = ShotConditions(self.temperature_c, self.calibration.lna_gain)
         fit = with_drive_hint(fit_frame(rx, rate_hz, calibration, ask, noise, taken), recording, 0)
-        return ShotFit(pickle.dumps(noise), seen, pickle.dumps(fit), frame_report(0, fit))
+        return ShotFit(pickle.dumps(noise), seen, frame_report(0, fit))
 
 
 @dataclass(frozen=True)
@@ -130,25 +128,22 @@ class SeriesFits:
 class SeriesTable:
     """Puts the fits of a series together.  A task of the task executor.
 
-    file: name of the recording; calibration: of the platform; fits: of its shots, or why there is none.
+    file: name of the recording; calibration: of the platform; fits: of its shots in order, or why there is none.
     """
 
     file: str
     model: NamedModel
     window: Window
     calibration: ReceiveCalibration
-    fits: Sequence[bytes | str]
+    fits: Sequence[FrameFit | str]
 
     def __call__(self, tell: Callable[[float, str], None]) -> SeriesFits:
         """Raises InputError for a model that is not there any more."""
-        from .fit import file_report, frame_report
+        from .fit import file_report
         from .fit_request import FitRequest
         from .series_table import fit_table
 
-        frames = [
-            unfitted(k, fit) if isinstance(fit, str) else frame_report(k, pickle.loads(fit))
-            for k, fit in enumerate(self.fits)
-        ]
+        frames = [unfitted(k, fit) if isinstance(fit, str) else fit for k, fit in enumerate(self.fits)]
         ask = FitRequest(self.model.choice(), self.window)
         table = fit_table(str(self.window), self.model.label, frames)
         return SeriesFits(table, file_report(self.file, ask, frames, self.calibration))
