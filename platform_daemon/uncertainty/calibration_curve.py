@@ -306,7 +306,12 @@ def cross_validated(curve: Curve, points: Points) -> CrossValidation:
     within: list[bool] = []
     for fold in np.array_split(places, FOLDS):
         kept = np.setdiff1d(places, fold)
-        made = fit_curve(curve, points.some(kept))
+        try:
+            made = fit_curve(curve, points.some(kept))
+        except InputError as error:
+            what = f"a cross-validation, which leaves out {len(fold)} of {len(places)} pairs in turn, cannot be made"
+            why = f"{error.what} then" + (f", and {error.why}" if error.why else "")
+            raise InputError(what, where=error.where, why=why, remedy=error.remedy) from None
         low, high = made.x_range
         wide = low - 0.5 * (high - low), high + 0.5 * (high - low)
         for k in fold:

@@ -11,6 +11,7 @@ from drivers.text_files import read_text_file
 from drivers.validation import validated
 from platform_daemon.core.recordings.index import Broken
 from platform_daemon.core.schemas.base import to_json
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.state.versioned import Version, VersionedFolder
 
 from .schema import MeasurandCalibration
@@ -49,7 +50,7 @@ class Measurands:
         for number in itertools.count(1):
             key = wanted if number == 1 else f"{wanted}-{number}"
             versions = self._files.versions(key)
-            if not versions or _read(versions[-1]).specimen == specimen:
+            if not versions or same_name(_read(versions[-1]).specimen) == same_name(specimen):
                 return key
         raise AssertionError("counting ends")
 
@@ -66,7 +67,7 @@ class Measurands:
 
     def of_specimen(self, specimen: str) -> MeasurandCalibration:
         """The newest calibration of a specimen, by its name.  Raises UnknownMeasurand."""
-        found = [each for each in self.all()[0] if each.specimen == specimen]
+        found = [each for each in self.all()[0] if same_name(each.specimen) == same_name(specimen)]
         if not found:
             remedy = "`platform-daemon measurand calibrate` makes one, or name another specimen's"
             raise UnknownMeasurand(f"{specimen!r} is not calibrated as a sensor", where="measurands", remedy=remedy)
