@@ -259,6 +259,18 @@ def turning_points(found: CalibratedCurve) -> tuple[float, ...]:
     return tuple(x[1:][signs[1:] != signs[:-1]].tolist())
 
 
+def one_branch(found: CalibratedCurve, within: tuple[float, float]) -> tuple[float, float]:
+    """The part of `within` about the range of the calibration where f does not turn and is a number: beyond, an f
+    belongs to two x, or to none."""
+    x = np.linspace(*within, 4 * _PLACES)
+    rising = float(found.slope(np.array([0.5 * (found.x_range[0] + found.x_range[1])]))[0])
+    wrong = ~(found.slope(x) * rising > 0.0)
+    below, above = wrong & (x < found.x_range[0]), wrong & (x > found.x_range[1])
+    low = within[0] if not below.any() else min(found.x_range[0], float(x[np.flatnonzero(below)[-1] + 1]))
+    high = within[1] if not above.any() else max(found.x_range[1], float(x[np.flatnonzero(above)[0] - 1]))
+    return low, high
+
+
 def left_over(found: CalibratedCurve, points: Points) -> Array:
     """f minus the calibration, (n,)."""
     return points.f - found.value(points.x, points.second)

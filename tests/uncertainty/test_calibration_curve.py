@@ -140,6 +140,22 @@ def test_pairs_that_do_not_suffice(n, constant, said):
         fit_curve(Polynomial(2, 1.5, 0.5), Points(x, np.full(n, 0.1), 213.0 + x, np.full(n, 0.1)))
 
 
+@pytest.mark.parametrize(
+    ("x", "said"),
+    [
+        (np.array([1.0, 1.5, 2.0, 2.5]), r"leaves out 1 of 4 pairs in turn, cannot be made.*3 pairs for 2 parameters"),
+        (np.array([1.0] * 8 + [2.0, 2.0]), r"leaves out 2 of 10 pairs.*the reference has one value only then"),
+    ],
+)
+def test_pairs_that_do_not_suffice_for_a_cross_validation(x, said):
+    n = len(x)
+    f = 213.0 + x + 1e-3 * np.random.default_rng(1).standard_normal(n)
+    points = Points(x, np.full(n, 0.01), f, np.full(n, 0.01))
+    fit_curve(Polynomial(1, 1.5, 0.5), points)
+    with pytest.raises(InputError, match=said):
+        cross_validated(Polynomial(1, 1.5, 0.5), points)
+
+
 def test_a_reading_outside_is_refused_unless_asked_for():
     curve = Polynomial(1, 3.0, 2.0)
     found = fit_curve(curve, _points(curve, [213.0, -0.8])[0])

@@ -17,6 +17,9 @@ from platform_daemon.core.state.versioned import Version, VersionedFolder
 from .schema import MeasurandCalibration
 
 
+_ELSEWHERE = "; calibrations of another folder are named by --measurands"
+
+
 class UnknownMeasurand(InputError):
     """No calibration of a measurand has that name or version."""
 
@@ -28,7 +31,7 @@ class Measurands:
     """The calibrations in a folder; it need not exist before the first is added."""
 
     def __init__(self, folder: Path) -> None:
-        self._files = VersionedFolder(folder, r"\.json")
+        self._folder, self._files = folder, VersionedFolder(folder, r"\.json")
 
     def add(self, made: MeasurandCalibration) -> MeasurandCalibration:
         """Keep a calibration as the next version of its specimen's.
@@ -61,16 +64,17 @@ class Measurands:
         wanted = [v for v in versions if not at or str(v.number) == number]
         if not wanted:
             known = ", ".join(v.path.stem for v in self._files.versions()) or "none yet"
-            why, remedy = f"there are: {known}", "`platform-daemon measurand calibrate` makes one"
-            raise UnknownMeasurand(f"no calibration {text!r}", where="measurands", why=why, remedy=remedy)
+            why, remedy = f"there are: {known}", f"`platform-daemon measurand calibrate` makes one{_ELSEWHERE}"
+            raise UnknownMeasurand(f"no calibration {text!r}", where=str(self._folder), why=why, remedy=remedy)
         return _read(wanted[-1])
 
     def of_specimen(self, specimen: str) -> MeasurandCalibration:
         """The newest calibration of a specimen, by its name.  Raises UnknownMeasurand."""
         found = [each for each in self.all()[0] if same_name(each.specimen) == same_name(specimen)]
         if not found:
-            remedy = "`platform-daemon measurand calibrate` makes one, or name another specimen's"
-            raise UnknownMeasurand(f"{specimen!r} is not calibrated as a sensor", where="measurands", remedy=remedy)
+            remedy = f"`platform-daemon measurand calibrate` makes one, or name another specimen's{_ELSEWHERE}"
+            what = f"{specimen!r} is not calibrated as a sensor"
+            raise UnknownMeasurand(what, where=str(self._folder), remedy=remedy)
         return max(found, key=lambda each: (each.ended, each.version))
 
     def all(self) -> tuple[list[MeasurandCalibration], list[Broken]]:

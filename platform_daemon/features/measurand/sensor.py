@@ -14,7 +14,7 @@ import numpy as np
 from drivers.entry_points import MEASURAND_MODELS, load
 from drivers.errors import InputError
 from platform_daemon.uncertainty.budget import Budget
-from platform_daemon.uncertainty.calibration_curve import CalibratedCurve
+from platform_daemon.uncertainty.calibration_curve import CalibratedCurve, one_branch
 from platform_daemon.uncertainty.curves import Curve, Dipole, Polynomial
 from platform_daemon.uncertainty.inputs import InputQuantity
 
@@ -86,22 +86,19 @@ class Sensor:
         if made.temperature_c is not None:
             second, warmer = self._temperature(celsius, extrapolate)
         low, high = made.valid_from, made.valid_to
-        width = high - low
-        places = (
-            ((low, high), (low - width, high + width)) if not extrapolate else ((low - 3 * width, high + 3 * width),)
-        )
-        for k, within in enumerate(places):
+        try:
+            told = self._budget(f_hz, second, at_s, shots, coverage, (low, high))
+        except InputError:
+            far = (3.0 if extrapolate else 1.0) * (high - low)
+            within = one_branch(self.curve, (low - far, high + far))
             try:
                 told = self._budget(f_hz, second, at_s, shots, coverage, within)
             except InputError:
-                if k + 1 == len(places):
-                    raise self._outside(f_hz) from None
-                continue
-            outside = not low <= told.value <= high
-            if outside and not extrapolate and not low - told.expanded <= told.value <= high + told.expanded:
-                raise self._outside(f_hz)
-            return told, outside or warmer
-        raise self._outside(f_hz)
+                raise self._beyond(f_hz, within) if extrapolate else self._outside(f_hz) from None
+        outside = not low <= told.value <= high
+        if outside and not extrapolate and not low - told.expanded <= told.value <= high + told.expanded:
+            raise self._outside(f_hz)
+        return told, outside or warmer
 
     def place(self, f_hz: float, celsius: float | None) -> float:
         """The measurand for a natural frequency, Hz, without its uncertainty, up to a width of the range outside of it.
@@ -111,7 +108,8 @@ class Sensor:
         made = self.calibration
         second = None if made.temperature_c is None else self._temperature(celsius, extrapolate=True)[0]
         width = made.valid_to - made.valid_from
-        return self.curve.inverse(f_hz, second, within=(made.valid_from - width, made.valid_to + width))
+        within = one_branch(self.curve, (made.valid_from - width, made.valid_to + width))
+        return self.curve.inverse(f_hz, second, within=within)
 
     def _budget(
         self,
@@ -169,6 +167,16 @@ class Sensor:
         what = f"{f_hz:.9g} Hz is outside of the calibration, {made.valid_from:g} to {made.valid_to:g} {made.unit}"
         remedy = "calibrate over a wider range, or ask for an extrapolation (--extrapolate) and judge it"
         return InputError(what, where=made.label, remedy=remedy)
+
+    def _beyond(self, f_hz: float, within: tuple[float, float]) -> InputError:
+        made, (low, high) = self.calibration, within
+        width = made.valid_to - made.valid_from
+        reached = low > made.valid_from - 2.9 * width or high < made.valid_to + 2.9 * width
+        why = (
+            "the curve turns there, and the inverse is ambiguous beyond" if reached else "that is three times its range"
+        )
+        what = f"{f_hz:.9g} Hz is beyond what the calibration is extrapolated to, {low:g} to {high:g} {made.unit}"
+        return InputError(what, where=made.label, why=why, remedy="calibrate over a wider range")
 
 
 def report_of(

@@ -130,6 +130,45 @@ def test_extrapolation_is_refused_unless_asked_for(sensor):
         reader.read(213.0, None, None)
 
 
+def test_an_extrapolation_ends_where_the_inverse_becomes_ambiguous(sensor):
+    """f = 213 + 2 z - z^2 turns at z = 1, half a width above the range: beyond, each f has two values."""
+    of_z = {"centre": 0.0, "scale": 2.0, "valid_from": -1.0, "valid_to": 1.0, "temperature_c": None, "name": "x"}
+    turned = sensor.model_copy(
+        update={
+            **of_z, "parameters": {"p0": 213.0, "p1": 2.0, "p2": -1.0}, "scatter_hz": 1e-3,
+            "covariance": tuple(map(tuple, (1e-12 * np.eye(3)).tolist())), "reference": None,
+        }
+    )  # fmt: skip
+    reader = Sensor.by(turned)
+
+    def f_at(x):
+        return 213.0 + 2.0 * (x / 2.0) - (x / 2.0) ** 2
+
+    for x in (-6.5, -1.0, 0.3, 0.99, 1.8):
+        told, outside = reader.read(f_at(x), None, None, extrapolate=True)
+        assert (told.value, outside) == (pytest.approx(x, abs=1e-6), not -1.0 <= x <= 1.0)
+        if not outside:
+            assert reader.read(f_at(x), None, None)[0].value == told.value
+    with pytest.raises(InputError, match=r"extrapolated to, -7 to 1\.9.* turns there.*ambiguous beyond"):
+        reader.read(214.5, None, None, extrapolate=True)
+    with pytest.raises(InputError, match=r"outside of the calibration, -1 to 1 mbar"):
+        reader.read(214.5, None, None)
+
+
+def test_a_dipole_is_read_up_to_where_the_magnets_would_touch(sensor):
+    law = {"model": "dipole", "degree": 0, "parameters": {"a": 213.0 * 3.0**1.5, "x0": 1.0}}
+    touching = sensor.model_copy(
+        update={
+            **law, "valid_from": 1.0, "valid_to": 3.0, "temperature_c": None, "reference": None, "unit": "mm",
+            "covariance": ((1e-9, 0.0), (0.0, 1e-12)),
+        }
+    )  # fmt: skip
+    reader = Sensor.by(touching)
+    for x in (2.0, 0.0, -0.9, 8.0):
+        told, _ = reader.read(213.0 * (3.0 / (x + 1.0)) ** 1.5, None, None, extrapolate=True)
+        assert told.value == pytest.approx(x, abs=1e-6)
+
+
 def test_a_temperature_beside_those_of_the_calibration_is_told(sensor):
     reader = Sensor.by(sensor)
     middle, wide = sensor.temperature_to_c, sensor.temperature_to_c - sensor.temperature_from_c

@@ -165,7 +165,7 @@ def test_a_damaged_recording_of_a_schedule_is_left_out_and_told(measured, specim
     assert re.search(r"cut\.h5: .*; other\.h5: not an HDF5 file .*; gone\.h5: no such file", told)
     with pytest.raises(InputError, match=r"^nightly: no recording of the schedule can be read\. cut\.h5: .*Remedy: "):
         calibration_by(specimen, Series("nightly", (cut, other), 0), None)
-    with pytest.raises(RecordingError, match="cut.h5"):
+    with pytest.raises(RecordingError, match=r"cut\.h5"):
         calibration_by(specimen, [*mine, cut], None)
     another = copy_of(measured, tmp_path, "another", resonator="another one")
     with pytest.raises(InputError, match=r"no recording of 'paper.*another one \(1\); not readable: cut\.h5: "):
