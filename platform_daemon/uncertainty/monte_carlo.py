@@ -100,7 +100,8 @@ def monte_carlo(
     """Draw all inputs of `model(x1, x2, ...)`.
 
     Args:
-        model: a function of arrays; inputs: x1, x2, ...; correlations: between normal inputs, by their names.
+        model: a function of arrays; inputs: x1, x2, ...; correlations: between normal inputs, by their names, or
+            their matrix.
         coverage: probability of the interval.
         trials: draws; None: blocks until mean, standard deviation and both ends of the interval are stable.
         digits: significant decimal digits of u that count.

@@ -16,7 +16,6 @@ from platform_daemon.core.state.versioned import Version, VersionedFolder
 
 from .schema import MeasurandCalibration
 
-
 _ELSEWHERE = "; calibrations of another folder are named by --measurands"
 
 
