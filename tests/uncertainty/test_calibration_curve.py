@@ -69,6 +69,22 @@ def test_readings_are_covered(curve, p):
     assert 0.85 <= np.mean(np.array(parameters) < 1.96) <= 1.0
 
 
+def test_a_point_that_is_known_badly_does_not_hide_the_scatter_of_the_others():
+    """One reading of the reference has u = 2, the others 0.01: f scatters by 0.05 nevertheless, and U says so."""
+    curve, hits, scatters = Polynomial(1, 3.0, 2.0), [], []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        x, u_x = np.linspace(1.0, 5.0, 30), np.full(30, 0.01)
+        u_x[7] = 2.0
+        f = curve.value(np.array([213.0, -0.8]), x) + 0.05 * random.standard_normal(30)
+        found = fit_curve(curve, Points(x + u_x * random.standard_normal(30), u_x, f, np.full(30, 1e-3)))
+        scatters.append(found.scatter)
+        low, high = found.read("x", 213.0 - 0.4 + 0.05 * random.standard_normal()).interval
+        hits.append(low <= 4.0 <= high)
+    assert np.mean(scatters) == pytest.approx(0.05, rel=0.1)
+    assert np.mean(hits) >= 0.85
+
+
 def test_a_second_influence_is_taken_out():
     curve, random = Polynomial(1, 3.0, 2.0), np.random.default_rng(2)
     points, true = _points(curve, [213.0, -0.8], u_x=0.001)

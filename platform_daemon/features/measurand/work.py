@@ -9,6 +9,7 @@ from pathlib import Path
 from statistics import fmean
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers.errors import InputError
 from drivers.specimen import Measurand, Specimen
@@ -27,6 +28,7 @@ from platform_daemon.uncertainty.calibration_curve import (
 )
 from platform_daemon.uncertainty.curves import Curve, Polynomial
 
+from .plausible import refuse_other_unit, refuse_other_zone
 from .reference_file import Reference
 from .schema import CrossValidationReport, MeasurandCalibration, ReferenceU, ResidualTest
 from .sensor import SECONDS_PER_DAY, named_curve, stamp
@@ -61,8 +63,8 @@ def calibrated(
     """The calibration of a specimen by readings of a reference.
 
     Raises InputError for too few pairs, a temperature that is to be corrected for and was not measured, a lag longer
-    than declared, a certificate of the reference that was not valid then, and a curve that turns within its range, so
-    that two values have the same frequency.
+    than declared, a certificate of the reference that was not valid then, readings that are of another unit or zone by
+    what they show, and a curve that turns within its range, so that two values have the same frequency.
     """
     longest = measurand.longest_lag_s
     usable = reference.covered(shots.times_s) & reference.covered(shots.times_s + longest)
@@ -72,12 +74,17 @@ def calibrated(
         raise InputError("the temperature was not measured", where=name, remedy=remedy)
     if not usable.any():
         raise _no_pair(name, shots, reference)
-    times, f, std = shots.times_s[usable], shots.f_hz[usable], shots.std_hz[usable]
+    places = np.flatnonzero(usable)
+    times, celsius = shots.times_s[usable], shots.celsius[usable]
+
+    def pairs(by: Reference, at: NDArray[np.intp], lag_s: float = 0.0) -> Points:
+        x, u_x = by.at(shots.times_s[at], lag_s)
+        return Points(x, u_x, shots.f_hz[at], shots.std_hz[at], shots.celsius[at] if warm else None)
 
     def points_at(lag_s: float) -> Points:
-        x, u_x = reference.at(times, lag_s)
-        return Points(x, u_x, f, std, shots.celsius[usable] if warm else None)
+        return pairs(reference, places, lag_s)
 
+    refuse_other_unit(measurand, points_at(0.0).x, celsius, name)
     curve = _curve(measurand, points_at(0.0))
     lag = lag_std = None
     if longest > 0.0:
@@ -85,10 +92,10 @@ def calibrated(
     else:
         points = points_at(0.0)
         found = fit_curve(curve, points)
+    refuse_other_zone(curve, found, points, shots.times_s, reference, pairs, name)
     _refuse_turning(found, name, measurand)
     rising = np.sign(np.gradient(reference.at(times, lag or 0.0)[0], times))
     days = (times - times.mean()) / SECONDS_PER_DAY
-    celsius = shots.celsius[usable]
     measured = bool(np.isfinite(celsius).all())
     changed = not warm and measured and float(np.ptp(celsius)) > 0.0
     by_temperature = _test(trend_in(found, points, celsius - celsius.mean())) if changed else None

@@ -1,6 +1,7 @@
 """Resonators as sensors: calibrated against a noisy reference with lag, read blind, and what is refused."""
 
 import json
+import re
 from dataclasses import replace
 from datetime import date
 
@@ -12,7 +13,8 @@ from drivers.specimen import Measurand
 from drivers.uncertainty import Certificate, Influence
 from platform_daemon.core.settings import load_specimen
 from platform_daemon.features.measurand.library import Measurands
-from platform_daemon.features.measurand.reference_file import Reference, read_reference
+from platform_daemon.features.measurand.plausible import refuse_other_unit
+from platform_daemon.features.measurand.reference_file import Reference, read_reference, reference_from
 from platform_daemon.features.measurand.report import readings_text
 from platform_daemon.features.measurand.sensor import Sensor, report_of
 from platform_daemon.features.measurand.shots import Shots
@@ -242,6 +244,16 @@ GOOD = [LINE.format(k, 1000 + k, 0.1) for k in range(4)]
         (["time,pressure [mbar],u [mbar]", GOOD[0], "yesterday,1000,0.1"], "not a time and numbers"),
         (["time,pressure [mbar],u [mbar]"], "fewer than two readings"),
         (["time,pressure [mbar],u [mbar]", GOOD[0], "", ""], "fewer than two readings"),
+        (["time;pressure [mbar];u [mbar]", *GOOD], "it has semicolons: columns are separated by commas"),
+        (["time\tpressure [mbar]", *GOOD], "it has tabs: columns are separated by commas"),
+        (["time,pressure [mbar],u [mbar]", "2026-03-01T00:00:00Z,1000,2,0,1", *GOOD[1:]], "5 cells.*with a point"),
+        (["time,pressure [mbar],u [mbar]", '2026-03-01T00:00:00Z,"1000,2",0.1', *GOOD[1:]], "float: '1000,2'"),
+        (["time,pressure [mbar],u [mbar]", "01.03.2026 00:00:00,1000,0.1", *GOOD[1:]], "line 2: .*ISO 8601"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], LINE.format(1, 1000, "0_1")], "line 3: .*float: '0_1'"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], LINE.format(1, 1000, -0.1)], "standard uncertainty is -0.1"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], LINE.format(1, 1000, "inf")], "not finite"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], GOOD[0]], "line 3: the time is not after the one before"),
+        (["time,pressure [mbar],u [Pa]", *GOOD], "the reference is in Pa, the measurand in mbar"),
     ],
 )  # fmt: skip
 def test_reference_files_that_are_refused(lines, said, tmp_path):
@@ -249,6 +261,41 @@ def test_reference_files_that_are_refused(lines, said, tmp_path):
     path.write_text("\n".join(lines))
     with pytest.raises(InputError, match=said):
         read_reference(path, PRESSURE)
+
+
+def test_a_byte_order_mark_and_degrees_as_a_sign_are_read():
+    lines = ["\ufefftime,temperature [ °C ],u [degC]", *GOOD]
+    assert len(reference_from("\r\n".join(lines), "it", Measurand(name="temperature", unit="degC")).values) == 4
+
+
+@pytest.mark.parametrize(
+    ("unit", "given", "seems"),
+    [("degC", lambda c: 1.8 * c + 32.0, "degF"), ("°C", lambda c: c + 273.15, "K"), ("K", lambda c: c, "degC")],
+)
+def test_a_temperature_of_another_unit_than_its_heading_says(unit, given, seems):
+    sensor = PressureSensor(8)
+    shots, _ = sensor.shots(START_S, 50, 900.0)
+    declared = Measurand(name="temperature", unit=unit)
+    readings = Reference(shots.times_s, given(shots.celsius), np.full(50, 0.02))
+    with pytest.raises(InputError, match=rf"in {seems}, it seems, and not in {unit}\..*degC\. Remedy: convert"):
+        calibrated("sensor", declared, shots, readings, 1)
+
+
+@pytest.mark.parametrize(("offset_k", "slope"), [(0.0, 1.0), (40.0, 1.0), (9.0, 1.8)])
+def test_a_warm_chamber_is_no_other_unit(offset_k, slope):
+    celsius = np.linspace(20.0, 24.0, 20)
+    refuse_other_unit(Measurand(name="temperature", unit="degC"), offset_k + slope * celsius, celsius, "sensor")
+
+
+@pytest.mark.parametrize("hours", [1, -2, 12])
+def test_a_reference_of_another_zone_is_told(hours):
+    sensor = PressureSensor(9)
+    shots, _ = sensor.shots(START_S, 200, 900.0)
+    right = sensor.reference(START_S - DAY_S, START_S + 3.0 * DAY_S)
+    wrong = Reference(right.times_s + 3600.0 * hours, right.values, right.u)
+    said = rf"times of the reference are wrong.*shifted by {re.escape(f'{-hours:+d}')} h they leave.*zone"
+    with pytest.raises(InputError, match=said):
+        calibrated("sensor", PRESSURE, shots, wrong, 1)
 
 
 def _specimen_file(folder):
