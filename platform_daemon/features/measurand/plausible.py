@@ -1,4 +1,5 @@
-"""Mistakes of a reference that its numbers show: a temperature in another unit, times of another zone."""
+"""Mistakes of a reference that its numbers show: an uncertainty or a temperature in another unit, times of another
+zone."""
 
 from __future__ import annotations
 
@@ -35,6 +36,15 @@ _FEWEST, _SPAN = 20, 3.0
 _MOST_HOURS = 14  # a local time is at most so far from UTC
 
 
+def refuse_vague(measurand: Measurand, points: Points, where: str) -> None:
+    """Raises InputError for a reference that changes by less than its readings are uncertain."""
+    change, u = float(np.ptp(points.x)), float(np.median(points.u_x))
+    if 0.0 < change <= u:
+        what = f"the reference changes by {change:.3g} {measurand.unit}, and its readings have u = {u:.3g}"
+        remedy = "check the column u, which is in the unit of the readings, or let the reference change by more"
+        raise InputError(what, where=where, why="no curve shows in them", remedy=remedy)
+
+
 def refuse_other_unit(measurand: Measurand, values: Array, celsius: Array, where: str) -> None:
     """Of a temperature, by what the platform's thermometer read with the shots.
 
@@ -68,8 +78,8 @@ def refuse_other_zone(
 ) -> None:
     """By whether the reference explains the shots far better with its times shifted by whole hours.
 
-    found, points: the calibration and its pairs; times_s: (n,) of the shots; pairs: makes those of a reference and of
-    places of shots.  Raises InputError.
+    found, points: the calibration and its pairs; times_s: (n,) of the shots, NaN: not to be used; pairs: makes those of
+    a reference and of places of shots.  Raises InputError.
     """
     before = _rms(found, points)
     best = (before, 0)

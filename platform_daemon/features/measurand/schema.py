@@ -43,6 +43,10 @@ class ReferenceU(Schema):
     """Standard uncertainty, in the unit of the measurand."""
     distribution: Literal["normal", "rectangular", "triangular", "arcsine"]
     """Of what it may be."""
+    type: Literal["A", "B"] = "B"
+    """A: evaluated from repeated observations; B: from anything else."""
+    dof: float | None = None
+    """Degrees of freedom of u; null: infinitely many."""
     source: str
     """Where it is known from."""
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drivers.entry_points import MEASURAND_MODELS, load
-from drivers.errors import InputError
+from drivers.errors import ConfigError, InputError
 from platform_daemon.uncertainty.budget import Budget
 from platform_daemon.uncertainty.calibration_curve import CalibratedCurve, one_branch
 from platform_daemon.uncertainty.curves import Curve, Dipole, Polynomial
@@ -30,7 +30,11 @@ def named_curve(model: str) -> Curve:
     """The dipole law, or what an entry point makes.  Raises ConfigError for a name that is not installed."""
     if model == "dipole":
         return Dipole()
-    made: Curve = load(MEASURAND_MODELS, model, "model of a measurand")()
+    try:
+        made: Curve = load(MEASURAND_MODELS, model, "model of a measurand")()
+    except ConfigError as error:
+        where, why = error.where or "[measurand] model", f"there are polynomial and dipole; {error.why}"
+        raise ConfigError(error.what, where=where, why=why, remedy=error.remedy) from None
     return made
 
 
@@ -123,11 +127,11 @@ class Sensor:
         made, curve = self.calibration, self.curve
         slope = abs(float(curve.slope(np.array([curve.inverse(f_hz, second, within=within)]))[0]))
         common = []
-        if made.reference is not None:
+        if (known := made.reference) is not None:
             common.append(
                 InputQuantity(
-                    name="reference", value=0.0, u=made.reference.u, distribution=made.reference.distribution,
-                    source=made.reference.source,
+                    name="reference", value=0.0, u=known.u, distribution=known.distribution, kind=known.type,
+                    dof=math.inf if known.dof is None else known.dof, source=known.source,
                 )
             )  # fmt: skip
         if made.hysteresis_hz.significant:

@@ -28,12 +28,14 @@ from platform_daemon.uncertainty.calibration_curve import (
 )
 from platform_daemon.uncertainty.curves import Curve, Polynomial
 
-from .plausible import refuse_other_unit, refuse_other_zone
+from .plausible import refuse_other_unit, refuse_other_zone, refuse_vague
 from .reference_file import Reference
 from .schema import CrossValidationReport, MeasurandCalibration, ReferenceU, ResidualTest
 from .sensor import SECONDS_PER_DAY, named_curve, stamp
 from .shots import Shots
 
+COVERED = 0.8
+"""Of the readings of a cross-validation that U of 95 % covers at least: of 15 the chance of fewer is 0.5 %."""
 SIGNIFICANT = 0.01
 """Chance below which hysteresis, drift and an uncorrected temperature are lines of the budgets: of a hundred
 calibrations without them one gets such a line."""
@@ -84,6 +86,7 @@ def calibrated(
     def points_at(lag_s: float) -> Points:
         return pairs(reference, places, lag_s)
 
+    refuse_vague(measurand, points_at(0.0), name)
     refuse_other_unit(measurand, points_at(0.0).x, celsius, name)
     curve = _curve(measurand, points_at(0.0))
     lag = lag_std = None
@@ -92,13 +95,15 @@ def calibrated(
     else:
         points = points_at(0.0)
         found = fit_curve(curve, points)
-    refuse_other_zone(curve, found, points, shots.times_s, reference, pairs, name)
+    timed = np.where(np.isfinite(shots.celsius), shots.times_s, np.nan) if warm else shots.times_s
+    refuse_other_zone(curve, found, points, timed, reference, pairs, name)
     _refuse_turning(found, name, measurand)
     rising = np.sign(np.gradient(reference.at(times, lag or 0.0)[0], times))
     days = (times - times.mean()) / SECONDS_PER_DAY
     measured = bool(np.isfinite(celsius).all())
     changed = not warm and measured and float(np.ptp(celsius)) > 0.0
     by_temperature = _test(trend_in(found, points, celsius - celsius.mean())) if changed else None
+    checked = _cross_validation(curve, points)
     middle = np.array([fmean(found.x_range)])
     polynomial = curve if isinstance(curve, Polynomial) else None
     return MeasurandCalibration(
@@ -126,7 +131,7 @@ def calibrated(
         hysteresis_hz=_test(trend_in(found, points, rising)),
         drift_hz_per_day=_test(trend_in(found, points, days)),
         by_temperature_hz_per_k=by_temperature,
-        cross_validation=_cross_validation(curve, points),
+        cross_validation=checked,
         reference=_reference_u(measurand, float(times[-1])),
         resolution=found.scatter / abs(float(found.slope(middle)[0])),
         pairs=int(usable.sum()),
@@ -135,7 +140,7 @@ def calibrated(
         ended=stamp(times[-1]),
         software_version=__version__,
         files=file_digests(files),
-        notes=_notes(measurand, by_temperature),
+        notes=_notes(measurand, by_temperature, checked),
     )
 
 
@@ -159,12 +164,19 @@ def _refuse_turning(found: CalibratedCurve, name: str, measurand: Measurand) -> 
         raise InputError(what, where=f"{name}, {measurand.name}", why=f"f turns at {at}", remedy=remedy)
 
 
-def _notes(measurand: Measurand, by_temperature: ResidualTest | None) -> tuple[str, ...]:
+def _notes(
+    measurand: Measurand, by_temperature: ResidualTest | None, checked: CrossValidationReport
+) -> tuple[str, ...]:
     notes = []
     if measurand.reference is None:
         notes.append("what the readings of the reference have in common is not declared: U does not contain it")
     if by_temperature is not None and by_temperature.significant:
         notes.append("f changes with the temperature, which the measurand is not corrected for: see corrected_for")
+    if checked.covered < COVERED:
+        notes.append(
+            f"U covers {checked.covered:.0%} of readings that the calibration was not made of, and should cover 95 %: "
+            "record more, or choose a model with fewer parameters"
+        )
     return tuple(notes)
 
 
@@ -180,7 +192,8 @@ def _reference_u(measurand: Measurand, last_s: float) -> ReferenceU | None:
     if (known := measurand.reference) is None:
         return None
     source = certified_source(known, "[measurand] reference", datetime.fromtimestamp(last_s, UTC).date())
-    return ReferenceU(u=known.standard_uncertainty, distribution=known.distribution, source=source)
+    u, distribution = known.standard_uncertainty, known.distribution
+    return ReferenceU(u=u, distribution=distribution, type=known.kind, dof=known.dof, source=source)
 
 
 def _test(found: Trend) -> ResidualTest:

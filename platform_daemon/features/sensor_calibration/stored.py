@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -52,6 +53,7 @@ def calibration_by(
         why = f"{len(shots.refused)} shots were refused"
         remedy = "look at the fits of the recordings: `platform-daemon fit FILE` says why"
         raise InputError("no shot has a good fit", where=specimen.name, why=why, remedy=remedy)
+    _refuse_same_times(shots, specimen.name)
     readings = thermometer_readings(shots, measurand, specimen.name) if reference is None else reference[0]
     made = calibrated(specimen.name, measurand, shots, readings, 0)
     notes, files = list(taken.notes), taken.files
@@ -62,6 +64,15 @@ def calibration_by(
     else:
         files = (reference[1], *files)
     return made.model_copy(update={**found, "files": files, "notes": (*made.notes, *notes)})
+
+
+def _refuse_same_times(shots: Shots, name: str) -> None:
+    """Raises InputError: a copy of a recording that is not the same byte for byte would count its shots twice."""
+    again = shots.times_s[1:][shots.times_s[1:] == shots.times_s[:-1]]
+    if len(again):
+        at = datetime.fromtimestamp(float(again[0]), UTC).isoformat(timespec="milliseconds")
+        what, remedy = "two shots were made at the same time", "leave out the recording that is a copy of another"
+        raise InputError(what, where=name, why=f"at {at}, and {len(again)} times in all", remedy=remedy)
 
 
 @dataclass(frozen=True, eq=False)

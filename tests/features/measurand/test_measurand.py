@@ -281,6 +281,59 @@ def test_a_temperature_of_another_unit_than_its_heading_says(unit, given, seems)
         calibrated("sensor", declared, shots, readings, 1)
 
 
+def test_a_model_that_does_not_hold_for_other_readings_is_told():
+    """A parabola, read from one end to the other: a straight line is wrong where it has not been."""
+    times, d = START_S + 60.0 * np.arange(40), np.linspace(-50.0, 50.0, 40)
+    f = 213.0 - 0.06 * d + 3e-4 * d**2 + 1e-3 * np.random.default_rng(1).standard_normal(40)
+    nothing = np.full(40, np.nan)
+    shots = Shots(
+        frames=tuple(range(40)), times_s=times, f_hz=f, std_hz=np.full(40, 1e-4), celsius=nothing, refused=()
+    )  # fmt: skip
+    reference = Reference(times, 1000.0 + d, np.full(40, 1e-3))
+
+    def told(degree):
+        declared = PRESSURE.model_copy(update={"degree": degree, "corrected_for": None})
+        made = calibrated("sensor", declared, shots, reference, 1)
+        return [note for note in made.notes if "should cover 95 %: record more" in note]
+
+    assert told(2) == []
+    assert len(told(1)) == 1
+
+
+def test_shots_without_a_temperature_outside_of_the_readings_do_no_harm():
+    sensor = PressureSensor(9)
+    shots, _ = sensor.shots(START_S, 200, 900.0)
+    shots.celsius[150:] = np.nan
+    made = calibrated("sensor", PRESSURE, shots, sensor.reference(START_S, START_S + 149 * 900.0 - 1200.0), 1)
+    assert 100 < made.pairs < 150
+
+
+def test_what_is_declared_of_the_reference_is_in_each_reading(sensor):
+    shots, _ = PressureSensor(3).shots(START_S, 200, 900.0)
+    known = Influence(half_width=3.0, distribution="rectangular", dof=3.0, kind="A", source="bridge")
+    declared = PRESSURE.model_copy(update={"reference": known})
+    reference = PressureSensor(3).reference(START_S, START_S + 180e3)
+    told, _ = Sensor.by(calibrated("sensor", declared, shots, reference, 1)).read(213.0, 22.0, None)
+    (line,) = [each.input for each in told.contributions if each.input.name == "reference"]
+    assert (line.u, line.dof, line.kind) == (pytest.approx(3.0 / 3.0**0.5), 3.0, "A")
+    assert (line.distribution, line.source) == ("rectangular", "bridge")
+    assert told.k > 2.5  # of Student's t with three to four degrees of freedom: that line dominates
+
+
+def test_a_model_that_is_not_installed(sensor):
+    with pytest.raises(InputError, match=r"\[measurand\] model: no model .*'cubic'.*there are polynomial and dipole"):
+        Sensor.by(sensor.model_copy(update={"model": "cubic"}))
+
+
+def test_a_reference_that_is_less_certain_than_it_changes():
+    sensor = PressureSensor(8)
+    shots, _ = sensor.shots(START_S, 50, 900.0)
+    reference = sensor.reference(START_S, START_S + 50 * 900.0)
+    vague = Reference(reference.times_s, reference.values, np.full(len(reference.values), 100.0))
+    with pytest.raises(InputError, match=r"changes by \d\d\.\d mbar, and its readings have u = 100"):
+        calibrated("sensor", PRESSURE, shots, vague, 1)
+
+
 @pytest.mark.parametrize(("offset_k", "slope"), [(0.0, 1.0), (40.0, 1.0), (9.0, 1.8)])
 def test_a_warm_chamber_is_no_other_unit(offset_k, slope):
     celsius = np.linspace(20.0, 24.0, 20)

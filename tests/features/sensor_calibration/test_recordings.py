@@ -195,6 +195,16 @@ def test_a_file_counts_once_by_whatever_name(measured, specimen, tmp_path, monke
     )
 
 
+def test_a_copy_that_was_written_anew_is_refused(measured, specimen, tmp_path):
+    mine = [copy_of(measured, tmp_path, k) for k in range(3)]
+    again = tmp_path / "again.h5"
+    shutil.copy(mine[2], again)
+    with h5py.File(again, "r+") as file:
+        file.attrs["by"] = "another program"
+    with pytest.raises(InputError, match=r"two shots were made at the same time.*2 times in all.*leave out"):
+        calibration_by(specimen, [*mine, again], None)
+
+
 def test_names_of_resonators_are_alike_in_both_forms_of_a_letter(measured, specimen, tmp_path):
     composed, apart = "L\u00fcbeck", "Lu\u0308beck"
     mine = [copy_of(measured, tmp_path, k, resonator=apart) for k in range(3)]
