@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .shots import Shots
 
 SECONDS_PER_DAY = 86400.0
+_NEGATIVE = -1e-6  # an eigenvalue of a correlation matrix that the digits of a file explain
 
 
 def named_curve(model: str) -> Curve:
@@ -43,6 +44,27 @@ def stamp(seconds: float) -> str:
     return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="milliseconds")
 
 
+def _contradiction(made: MeasurandCalibration, of_curve: int) -> str:
+    """What is wrong with the numbers; "": nothing."""
+    n = of_curve + (made.temperature_c is not None)
+    numbers = [*made.parameters.values(), made.centre, made.scale, made.valid_from, made.valid_to, made.scatter_hz]
+    if len(made.parameters) != n:
+        return f"its model has {n} parameters, and the file {len(made.parameters)}"
+    if any(len(row) != n for row in (made.covariance, *made.covariance)):
+        return f"the covariance is not {n} by {n}"
+    if not np.isfinite([*numbers, made.dof, *(each for row in made.covariance for each in row)]).all():
+        return "a number is not finite"
+    if not (made.scale > 0.0 and made.valid_to > made.valid_from and made.scatter_hz >= 0.0 and made.dof >= 1.0):
+        return "scale, range, scatter or degrees of freedom are none"
+    covariance = np.array(made.covariance)
+    size = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
+    size[size == 0.0] = 1.0
+    relative = covariance / np.outer(size, size)
+    if not np.allclose(relative, relative.T) or np.linalg.eigvalsh(relative)[0] < _NEGATIVE:
+        return "the covariance of its parameters is none"
+    return ""
+
+
 @dataclass(frozen=True, eq=False)
 class Sensor:
     """A resonator that reads a quantity by its calibration."""
@@ -52,10 +74,14 @@ class Sensor:
 
     @classmethod
     def by(cls, made: MeasurandCalibration) -> Sensor:
-        """Of a calibration.  Raises ConfigError for a model that is not installed."""
+        """Of a calibration.  Raises ConfigError for a model that is not installed, InputError for numbers that are none
+        of a calibration, as somebody may have written them."""
         curve = (
             Polynomial(made.degree, made.centre, made.scale) if made.model == "polynomial" else named_curve(made.model)
         )
+        if why := _contradiction(made, len(curve.names)):
+            remedy = "restore its file from a copy, or calibrate again"
+            raise InputError("the calibration contradicts itself", where=made.label, why=why, remedy=remedy)
         found = CalibratedCurve(
             curve=curve,
             parameters=np.array(list(made.parameters.values())),
@@ -175,10 +201,9 @@ class Sensor:
     def _beyond(self, f_hz: float, within: tuple[float, float]) -> InputError:
         made, (low, high) = self.calibration, within
         width = made.valid_to - made.valid_from
-        reached = low > made.valid_from - 2.9 * width or high < made.valid_to + 2.9 * width
-        why = (
-            "the curve turns there, and the inverse is ambiguous beyond" if reached else "that is three times its range"
-        )
+        why = "that is three times its range on either side"
+        if low > made.valid_from - 2.9 * width or high < made.valid_to + 2.9 * width:
+            why = "the curve turns there, and the inverse is ambiguous beyond"
         what = f"{f_hz:.9g} Hz is beyond what the calibration is extrapolated to, {low:g} to {high:g} {made.unit}"
         return InputError(what, where=made.label, why=why, remedy="calibrate over a wider range")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from statistics import fmean
 
@@ -70,34 +71,11 @@ def calibrated(
     """
     longest = measurand.longest_lag_s
     usable = reference.covered(shots.times_s) & reference.covered(shots.times_s + longest)
-    warm = measurand.corrected_for == "temperature"
-    if warm and not np.isfinite(shots.celsius[usable]).all():
-        remedy = "record with a thermometer, or leave corrected_for out"
-        raise InputError("the temperature was not measured", where=name, remedy=remedy)
     if not usable.any():
         raise _no_pair(name, shots, reference)
-    places = np.flatnonzero(usable)
+    curve, found, points, lag, lag_std = _fitted(name, measurand, shots, reference, usable)
+    warm = measurand.corrected_for == "temperature"
     times, celsius = shots.times_s[usable], shots.celsius[usable]
-
-    def pairs(by: Reference, at: NDArray[np.intp], lag_s: float = 0.0) -> Points:
-        x, u_x = by.at(shots.times_s[at], lag_s)
-        return Points(x, u_x, shots.f_hz[at], shots.std_hz[at], shots.celsius[at] if warm else None)
-
-    def points_at(lag_s: float) -> Points:
-        return pairs(reference, places, lag_s)
-
-    refuse_vague(measurand, points_at(0.0), name)
-    refuse_other_unit(measurand, points_at(0.0).x, celsius, name)
-    curve = _curve(measurand, points_at(0.0))
-    lag = lag_std = None
-    if longest > 0.0:
-        found, points, lag, lag_std = with_lag(curve, points_at, longest)
-    else:
-        points = points_at(0.0)
-        found = fit_curve(curve, points)
-    timed = np.where(np.isfinite(shots.celsius), shots.times_s, np.nan) if warm else shots.times_s
-    refuse_other_zone(curve, found, points, timed, reference, pairs, name)
-    _refuse_turning(found, name, measurand)
     rising = np.sign(np.gradient(reference.at(times, lag or 0.0)[0], times))
     days = (times - times.mean()) / SECONDS_PER_DAY
     measured = bool(np.isfinite(celsius).all())
@@ -142,6 +120,36 @@ def calibrated(
         files=file_digests(files),
         notes=_notes(measurand, by_temperature, checked),
     )
+
+
+def _fitted(
+    name: str, measurand: Measurand, shots: Shots, reference: Reference, usable: NDArray[np.bool_]
+) -> tuple[Curve, CalibratedCurve, Points, float | None, float | None]:
+    """The form, what is fitted, its pairs, the lag and its standard deviation.  Raises InputError."""
+    warm = measurand.corrected_for == "temperature"
+    if warm and not np.isfinite(shots.celsius[usable]).all():
+        remedy = "record with a thermometer, or leave corrected_for out"
+        raise InputError("the temperature was not measured", where=name, remedy=remedy)
+    places = np.flatnonzero(usable)
+
+    def pairs(by: Reference, at: NDArray[np.intp], lag_s: float = 0.0) -> Points:
+        x, u_x = by.at(shots.times_s[at], lag_s)
+        return Points(x, u_x, shots.f_hz[at], shots.std_hz[at], shots.celsius[at] if warm else None)
+
+    first = pairs(reference, places)
+    refuse_vague(measurand, first, name)
+    refuse_other_unit(measurand, first.x, shots.celsius[places], name)
+    curve = _curve(measurand, first)
+    lag = lag_std = None
+    if measurand.longest_lag_s > 0.0:
+        by_lag = partial(pairs, reference, places)
+        found, points, lag, lag_std = with_lag(curve, by_lag, measurand.longest_lag_s)
+    else:
+        found, points = fit_curve(curve, first), first
+    timed = np.where(np.isfinite(shots.celsius), shots.times_s, np.nan) if warm else shots.times_s
+    refuse_other_zone(curve, found, points, timed, reference, pairs, name)
+    _refuse_turning(found, name, measurand)
+    return curve, found, points, lag, lag_std
 
 
 def _cross_validation(curve: Curve, points: Points) -> CrossValidationReport:

@@ -320,6 +320,26 @@ def test_what_is_declared_of_the_reference_is_in_each_reading(sensor):
     assert told.k > 2.5  # of Student's t with three to four degrees of freedom: that line dominates
 
 
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"parameters": {"p0": 213.0}}, "its model has 4 parameters, and the file 1"),
+        ({"covariance": ((1e-6,),)}, "the covariance is not 4 by 4"),
+        (
+            {"covariance": tuple(map(tuple, np.diag([1.0, -1.0, 1.0, 1.0]).tolist()))},
+            "the covariance of its parameters",
+        ),
+        ({"covariance": tuple(map(tuple, (np.eye(4) + np.eye(4, k=1)).tolist()))}, "the covariance of its parameters"),
+        ({"scale": 0.0}, "scale, range"),
+        ({"valid_to": -1.0}, "scale, range"),
+        ({"scatter_hz": float("nan")}, "a number is not finite"),
+    ],
+)
+def test_a_calibration_that_somebody_has_changed(sensor, values, said):
+    with pytest.raises(InputError, match=rf"contradicts itself\. {said}.*restore its file"):
+        Sensor.by(sensor.model_copy(update=values))
+
+
 def test_a_model_that_is_not_installed(sensor):
     with pytest.raises(InputError, match=r"\[measurand\] model: no model .*'cubic'.*there are polynomial and dipole"):
         Sensor.by(sensor.model_copy(update={"model": "cubic"}))
