@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from platform_daemon.core.reporting.page import page
+from platform_daemon.core.schemas.parameters import definition_of
 
-from .report import draw_budget, monte_carlo_line
+from .report import draw_budget, monte_carlo_line, off_centre_line
 from .schema import BudgetsReport
 
 
 def budget_page(report: BudgetsReport) -> bytes:
     """The page in UTF-8."""
-    return page(
-        "budget_page.html", {"draw": draw_budget, "short": "{:.4g}".format, "checked": monte_carlo_line}, report=report
-    )
+    filters = {
+        "draw": draw_budget,
+        "short": "{:.4g}".format,
+        "unit": lambda quantity: definition_of(quantity).unit,
+        "checked": monte_carlo_line,
+        "place": off_centre_line,
+    }
+    return page("budget_page.html", filters, report=report)

@@ -8,7 +8,7 @@ from platform_daemon.core.reporting.figures import COLOURS, new_figure, png_of
 from platform_daemon.core.reporting.tables import Column, tables_text
 from platform_daemon.core.schemas.parameters import definition_of
 
-from .schema import BudgetReport, BudgetsReport, OffCentreReport
+from .schema import BudgetReport, OffCentreReport
 
 _MANY = 1e6  # degrees of freedom, whose k is that of infinitely many in all digits that are printed
 _SHOWN = 1e-2  # of the combined standard uncertainty: smaller contributions are summed up in words
@@ -35,26 +35,11 @@ def budget_text(report: BudgetReport) -> str:
     for each in report.not_declared:
         adds = "what it adds is not known" if each.would_add_per_unit is None else f"adds {each.would_add_per_unit:.3g}"
         lines.append(f"not declared: {each.name}: {adds}{unit if each.would_add_per_unit is not None else ''}")
+    if report.temperature is not None:
+        lines.append(f"temperature: {report.temperature}")
     if report.monte_carlo is not None:
         lines.append(monte_carlo_line(report))
     return "\n".join(lines)
-
-
-def temperature_lines(found: BudgetsReport) -> list[str]:
-    """Of each quantity that a measured change of the temperature may have changed, while nobody has declared how."""
-    change_k, told = found.temperature_change_k, []
-    for each in found.budgets:
-        missing = [
-            one for one in each.not_declared if one.name.startswith("temperature") and "thermometer" not in one.name
-        ]
-        if change_k and missing and missing[0].would_add_per_unit is not None:
-            unit = definition_of(each.quantity).unit
-            told.append(
-                f"temperature: it changed by {change_k:.2g} K over the shots, and {each.quantity} perhaps by "
-                f"{missing[0].would_add_per_unit * change_k:.2g} {unit}, which is in the scatter; nobody has declared "
-                "how it follows: write temperature_coefficient_per_k into [uncertainty] of the resonator's file"
-            )
-    return told
 
 
 def off_centre_line(found: OffCentreReport) -> str:

@@ -1,5 +1,6 @@
 """What budgets refuse of what is declared, by the command line and by REST; and a note where a table has none."""
 
+import json
 import shutil
 
 import h5py
@@ -119,10 +120,12 @@ def test_a_drift_of_the_temperature_without_a_coefficient_is_not_silent(measured
         h5[CONFIGURATION] = "\n".join(
             line for line in text.splitlines() if not line.startswith("temperature_coefficient_per_k")
         )
-    done = here("budget", file)
+    done = here("budget", file, "--json", tmp_path / "b.json", "--html", tmp_path / "b.html")
     assert done.returncode == 0, done.stderr
     assert "not declared: temperature, per 1 K: adds 0.23" in done.stdout
     (line,) = [line for line in done.stdout.splitlines() if line.startswith("temperature: it changed by ")]
     assert "f_nat_hz perhaps by" in line
     assert "write temperature_coefficient_per_k into [uncertainty]" in line
+    assert f"temperature: {json.loads((tmp_path / 'b.json').read_text())['temperature']}" == line
+    assert "Temperature: it changed by " in (tmp_path / "b.html").read_text(encoding="utf-8")
     assert "temperature: it changed" not in here("budget", measured / "j.h5").stdout
