@@ -68,9 +68,9 @@ def _undeclared_change(budget: Budget, change_k: float | None) -> str | None:
         return None
     adds, unit = missing[0].would_add_per_unit * change_k, definition_of(budget.quantity).unit
     return (
-        f"it changed by {change_k:.2g} K over the shots, and {budget.quantity} perhaps by {adds:.2g} {unit}, which is in "
-        "the scatter; nobody has declared how it follows: write temperature_coefficient_per_k into [uncertainty] of the "
-        "resonator's file"
+        f"it changed by {change_k:.2g} K over the shots, and {budget.quantity} perhaps by {adds:.2g} {unit}, which is "
+        "in the scatter; nobody has declared how it follows: write temperature_coefficient_per_k into [uncertainty] of "
+        "the resonator's file"
     )
 
 
