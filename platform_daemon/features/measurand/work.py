@@ -201,7 +201,9 @@ def _reference_u(measurand: Measurand, last_s: float) -> ReferenceU | None:
         return None
     source = certified_source(known, "[measurand] reference", datetime.fromtimestamp(last_s, UTC).date())
     u, distribution = known.standard_uncertainty, known.distribution
-    return ReferenceU(u=u, distribution=distribution, type=known.kind, dof=known.dof, source=source)
+    day = known.certificate.valid_until if known.certificate is not None else None
+    until = None if day is None else day.isoformat()
+    return ReferenceU(u=u, distribution=distribution, type=known.kind, dof=known.dof, valid_until=until, source=source)
 
 
 def _test(found: Trend) -> ResidualTest:
