@@ -53,6 +53,6 @@ def sensor_part(made: MeasurandCalibration, specimen: str, coverage: float) -> S
 
 def reference_line(made: MeasurandCalibration) -> tuple[TraceabilityLine, ...]:
     """What the sensor is traced to."""
-    if made.reference is None:
+    if (known := made.reference) is None:
         return ()
-    return (TraceabilityLine(name=f"reference of {made.name}", u=made.reference.u, source=made.reference.source),)
+    return (TraceabilityLine(name=f"reference of {made.name}", u=known.u, unit=made.unit, source=known.source),)

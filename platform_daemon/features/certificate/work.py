@@ -34,6 +34,16 @@ from .sensor_part import reference_line, sensor_part
 
 MOST_CHI2_PER_DOF = 2.0
 """Of the median shot: beyond, more than half of what the fit leaves over is no noise."""
+_UNITS = {
+    "temperature": "K",
+    "static field": "T",
+    "position": "m",
+    "mounting pose": "rad",
+    "phase": "rad",
+    "orthogonality": "rad",
+    "drift since": "1/a",
+}
+"""Of inputs, by how their names begin; all others are relative."""
 STATED = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
 """Parameters that a certificate states, as far as the model has them."""
 
@@ -143,8 +153,14 @@ def _contact(contact: Contact) -> CertificateContact:
 
 
 def _traceability(results: Sequence[BudgetReport]) -> tuple[TraceabilityLine, ...]:
-    lines = {line.name: line for each in results for line in each.inputs if line.type == "B"}
-    return tuple(TraceabilityLine(name=name, u=line.u, source=line.source) for name, line in lines.items())
+    found: dict[str, TraceabilityLine] = {}
+    for each in results:
+        for line in (line for line in each.inputs if line.type == "B"):
+            name, unit = line.name, next((u for begin, u in _UNITS.items() if line.name.startswith(begin)), "1")
+            if name == "model":  # of each quantity another one
+                name, unit = f"model, of {each.quantity}", definition_of(each.quantity).unit
+            found[name] = TraceabilityLine(name=name, u=line.u, unit=unit, source=line.source)
+    return tuple(found.values())
 
 
 def _valid_until(

@@ -16,6 +16,7 @@ from platform_daemon.core.schemas.fits import unfitted
 from platform_daemon.core.settings import load_specimen
 from platform_daemon.features.certificate.dcc import dcc_xml
 from platform_daemon.features.certificate.schema import CertificateReport
+from platform_daemon.features.certificate.words import result_row, result_rows
 from platform_daemon.features.certificate.work import certificate_of, read_details, refuse_dominated, refuse_misfit
 from platform_daemon.features.fit.fit_request import FitSettings
 from platform_daemon.features.fit.measurement import open_shots_for_fit
@@ -147,6 +148,22 @@ def test_a_unit_that_the_certificate_has_no_word_for_is_written_as_text(sensor, 
 def test_what_no_sensor_is_certified_by(sensor, key, said):
     made, certificate, _ = sensor
     assert_one_line_error(certificate(key.format(key=made.key), "refused"), 2, said)
+
+
+def test_it_is_rounded_to_two_digits_of_u_and_has_units_and_words(issued):
+    report = CertificateReport.model_validate_json((issued / "c.json").read_text())
+    friction = report.results[3].model_copy(update={"value": 1379.4, "U": 191.3})
+    assert result_row(friction)[1:3] == ("1380 rad/s^2", "190 rad/s^2")
+    assert result_row(friction.model_copy(update={"value": 213.18642, "U": 0.09951}))[1:3] == (
+        "213.19 rad/s^2",
+        "0.10 rad/s^2",
+    )
+    assert result_rows(report)[0][0] == "natural frequency of small swings, f_nat"
+    units = {line.name: line.unit for line in report.traceability}
+    assert (units["temperature"], units["sample clock"], units["position along x"]) == ("K", "1", "m")
+    page = (issued / "c.html").read_text(encoding="utf-8")
+    for said in ("magnetic moment of the rotor, m_r", "0.1 K", "1.155e-05 (relative)"):
+        assert said in page
 
 
 def test_the_pdf_says_that_it_is_pdf_a(issued):
