@@ -32,7 +32,8 @@ class InputQuantity:
         name: by which budgets list it and correlations name it.
         value: best estimate; u: standard uncertainty, in the unit of the value.
         kind: "A", evaluated from repeated observations, or "B", from anything else.
-        distribution: of what it may be; "normal" with finite `dof` is a scaled and shifted t distribution.
+        distribution: of what it may be; "normal" with finite `dof` is a scaled and shifted t distribution, one with
+            ends has ends that are not exactly known.
         dof: degrees of freedom of `u`; infinite: it is known exactly.
         source: where it is known from, in words.
 

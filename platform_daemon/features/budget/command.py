@@ -103,7 +103,7 @@ def _trials(draws: float | None) -> int | None:
     """Raises InputError for what is no number of draws."""
     if draws is None or draws == 0:
         return None
-    if not (draws >= 1 and draws == int(draws)):
+    if not (draws >= 1 and draws.is_integer()):
         remedy = "give a whole number, as 1e5, or 0 for as many as are needed"
         raise InputError(f"{draws:g} draws", where="--monte-carlo", remedy=remedy)
     return int(draws)

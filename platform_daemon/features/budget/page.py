@@ -5,7 +5,7 @@ from __future__ import annotations
 from platform_daemon.core.reporting.page import page
 from platform_daemon.core.schemas.parameters import definition_of
 
-from .report import draw_budget, monte_carlo_line, off_centre_line
+from .report import draw_budget, monte_carlo_line, off_centre_line, rounded
 from .schema import BudgetsReport
 
 
@@ -13,6 +13,7 @@ def budget_page(report: BudgetsReport) -> bytes:
     """The page in UTF-8."""
     filters = {
         "draw": draw_budget,
+        "rounded": rounded,
         "short": "{:.4g}".format,
         "unit": lambda quantity: definition_of(quantity).unit,
         "checked": monte_carlo_line,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from matplotlib.figure import Figure
 
 from platform_daemon.core.reporting.figures import COLOURS, new_figure, png_of
@@ -40,6 +42,12 @@ def budget_text(report: BudgetReport) -> str:
     if report.monte_carlo is not None:
         lines.append(monte_carlo_line(report))
     return "\n".join(lines)
+
+
+def rounded(report: BudgetReport) -> str:
+    """value ± U, both to two digits of U (JCGM 100:2008, 7.2.6)."""
+    digits = 1 - math.floor(math.log10(float(f"{report.U:.1e}"))) if report.U > 0.0 else 6
+    return " ± ".join(f"{round(number, digits):.{max(0, digits)}f}" for number in (report.value, report.U))
 
 
 def off_centre_line(found: OffCentreReport) -> str:

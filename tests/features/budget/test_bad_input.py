@@ -89,6 +89,12 @@ def test_a_file_of_declarations_is_refused(measured, tmp_path, lines, said):
     assert_one_line_error(done, 2, said)
 
 
+@pytest.mark.parametrize("draws", ["inf", "nan", "-1", "1.5", "10", "1e12"])
+def test_a_number_of_draws_that_is_none(measured, draws):
+    done = here("budget", measured / "j.h5", "--shot", 0, "--monte-carlo", draws)
+    assert_one_line_error(done, 2, " draws. Remedy: give ")
+
+
 @pytest.mark.long
 def test_rest_refuses(client, recording):
     folder = client.folder.recordings
