@@ -3,7 +3,8 @@
 Inputs and printed digits of H.1 and H.2 (JCGM 100:2008, annex H) were compared with two other programs that quote them:
 GTC (github.com/MSLNZ/GTC, docs/API/GUM_H1.rst, test/test_type_a.py: test_GUM_H2_wo_labels) and suncal
 (github.com/sandialabs/suncal, test/test_examples.py: test_GUMH2, test/test_GUMH2.csv).  Those of 9.2 to 9.4 (JCGM
-101:2008) that are moments or ends of closed distributions are computed here once more from their equations.
+101:2008) that are moments or ends of closed distributions are computed here once more from their equations.  The
+digits of H.3 and 9.5 are quoted without a second program.
 """
 
 import math

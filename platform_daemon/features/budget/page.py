@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from platform_daemon.core.reporting.page import page
 from platform_daemon.core.schemas.parameters import definition_of
 
@@ -11,7 +14,7 @@ from .schema import BudgetsReport
 
 def budget_page(report: BudgetsReport) -> bytes:
     """The page in UTF-8."""
-    filters = {
+    filters: dict[str, Callable[..., Any]] = {
         "draw": draw_budget,
         "rounded": rounded,
         "short": "{:.4g}".format,
