@@ -8,7 +8,7 @@ from typing import Any
 from platform_daemon.core.reporting.page import page
 from platform_daemon.core.schemas.parameters import definition_of
 
-from .report import draw_budget, monte_carlo_line, off_centre_line, rounded
+from .report import dof_text, draw_budget, monte_carlo_line, off_centre_line, rounded
 from .schema import BudgetsReport
 
 
@@ -17,6 +17,7 @@ def budget_page(report: BudgetsReport) -> bytes:
     filters: dict[str, Callable[..., Any]] = {
         "draw": draw_budget,
         "rounded": rounded,
+        "dof": dof_text,
         "short": "{:.4g}".format,
         "unit": lambda quantity: definition_of(quantity).unit,
         "checked": monte_carlo_line,

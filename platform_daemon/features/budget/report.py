@@ -21,9 +21,8 @@ def budget_text(report: BudgetReport) -> str:
     shown = [line for line in report.inputs if line.contribution >= _SHOWN * report.u]
     unit = definition_of(report.quantity).unit
     unit = "" if unit == "1" else f" {unit}"
-    dof = "infinitely many" if report.dof is None or report.dof > _MANY else f"{report.dof:.1f}"
     result = f"{report.quantity} = {report.value:.10g}{unit}, U = {report.U:.2g}{unit} (k = {report.k:.2f}, "
-    result += f"{report.coverage:.0%}); u = {report.u:.2g}{unit}, effective degrees of freedom: {dof}"
+    result += f"{report.coverage:.0%}); u = {report.u:.2g}{unit}, effective degrees of freedom: {dof_text(report)}"
     columns: list[Column] = [
         ("u", [f"{line.u:.3g}" for line in shown]),
         ("type", [line.type for line in shown]),
@@ -44,10 +43,15 @@ def budget_text(report: BudgetReport) -> str:
     return "\n".join(lines)
 
 
+def dof_text(report: BudgetReport) -> str:
+    """The effective degrees of freedom."""
+    return "infinitely many" if report.dof is None or report.dof > _MANY else f"{report.dof:.1f}"
+
+
 def rounded(report: BudgetReport) -> str:
     """value ± U, both to two digits of U (JCGM 100:2008, 7.2.6)."""
     digits = 1 - math.floor(math.log10(float(f"{report.U:.1e}"))) if report.U > 0.0 else 6
-    return " ± ".join(f"{round(number, digits):.{max(0, digits)}f}" for number in (report.value, report.U))
+    return " ± ".join(f"{round(number, digits) + 0.0:.{max(0, digits)}f}" for number in (report.value, report.U))
 
 
 def off_centre_line(found: OffCentreReport) -> str:

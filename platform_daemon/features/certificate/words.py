@@ -36,7 +36,7 @@ def result_row(each: BudgetReport) -> tuple[str, str, str, str]:
     """Quantity, value and U to two digits of U, and k."""
     unit = definition_of(each.quantity).unit
     digits = 1 - math.floor(math.log10(float(f"{each.U:.1e}"))) if each.U > 0.0 else 6
-    value, expanded = (f"{round(number, digits):.{max(0, digits)}f} {unit}" for number in (each.value, each.U))
+    value, expanded = (f"{round(number, digits) + 0.0:.{max(0, digits)}f} {unit}" for number in (each.value, each.U))
     return each.quantity, value, expanded, f"{each.k:.2f}"
 
 

@@ -27,6 +27,10 @@ SECONDS_PER_DAY = 86400.0
 _NEGATIVE = -1e-6  # an eigenvalue of a correlation matrix that the digits of a file explain
 
 
+class OutsideCalibration(InputError):
+    """A frequency or a temperature that the calibration does not hold for."""
+
+
 def named_curve(model: str) -> Curve:
     """The dipole law, or what an entry point makes.  Raises ConfigError for a name that is not installed."""
     if model == "dipole":
@@ -108,8 +112,8 @@ class Sensor:
 
         celsius: temperature, degrees Celsius; at_s: when, s since 1970, None: not known, so that no drift counts.
         A temperature outside of those of the calibration by less than a tenth of their range counts as extrapolated.
-        Raises InputError for one outside of the range by more than U unless `extrapolate`, and for a temperature that
-        is missing or further outside.
+        Raises OutsideCalibration for one outside of the range by more than U unless `extrapolate`, and for a temperature
+        that is further outside, InputError for one that is missing.
         """
         made = self.calibration
         second, warmer = None, False
@@ -189,32 +193,34 @@ class Sensor:
         if not extrapolate and not low - wide <= celsius <= high + wide:
             what = f"{celsius:.2f} °C is outside of the temperatures of the calibration, {low:.2f} to {high:.2f} °C"
             remedy = "calibrate over a wider range, or ask for an extrapolation (--extrapolate)"
-            raise InputError(what, where=made.label, remedy=remedy)
+            raise OutsideCalibration(what, where=made.label, remedy=remedy)
         return celsius, not low <= celsius <= high
 
-    def _outside(self, f_hz: float) -> InputError:
+    def _outside(self, f_hz: float) -> OutsideCalibration:
         made = self.calibration
         what = f"{f_hz:.9g} Hz is outside of the calibration, {made.valid_from:g} to {made.valid_to:g} {made.unit}"
         remedy = "calibrate over a wider range, or ask for an extrapolation (--extrapolate) and judge it"
-        return InputError(what, where=made.label, remedy=remedy)
+        return OutsideCalibration(what, where=made.label, remedy=remedy)
 
-    def _beyond(self, f_hz: float, within: tuple[float, float]) -> InputError:
+    def _beyond(self, f_hz: float, within: tuple[float, float]) -> OutsideCalibration:
         made, (low, high) = self.calibration, within
         width = made.valid_to - made.valid_from
         why = "that is three times its range on either side"
         if low > made.valid_from - 2.9 * width or high < made.valid_to + 2.9 * width:
             why = "the curve turns there, and the inverse is ambiguous beyond"
         what = f"{f_hz:.9g} Hz is beyond what the calibration is extrapolated to, {low:g} to {high:g} {made.unit}"
-        return InputError(what, where=made.label, why=why, remedy="calibrate over a wider range")
+        return OutsideCalibration(what, where=made.label, why=why, remedy="calibrate over a wider range")
 
 
 def report_of(
     file: str, shots: Shots, made: MeasurandCalibration, *, coverage: float = 0.95, extrapolate: bool = False
 ) -> MeasurandReport:
-    """Every shot as a reading, and the mean of all.  Shots outside of the range are listed with the reason."""
+    """Every shot as a reading, and the mean of all.  Shots outside of the range are listed with the reason, and with
+    one of them there is no mean."""
     sensor = Sensor.by(made)
     told: list[MeasurandReading] = []
     refused = list(shots.refused)
+    beyond = 0
     for k, frame in enumerate(shots.frames):
         celsius = _known(float(shots.celsius[k]))
         at = float(shots.times_s[k])
@@ -222,10 +228,11 @@ def report_of(
             found, outside = sensor.read(float(shots.f_hz[k]), celsius, at, coverage=coverage, extrapolate=extrapolate)
         except InputError as error:
             refused.append(UnreadShot(frame=frame, reason=str(error)))
+            beyond += isinstance(error, OutsideCalibration)
             continue
         told.append(_reading(found, (frame,), at, float(shots.f_hz[k]), celsius, outside))
     missing = [] if made.reference is not None else ["what the readings of the reference have in common"]
-    mean, why = _mean(sensor, told, coverage, extrapolate)
+    mean, why = _mean(sensor, told, beyond, coverage, extrapolate)
     return MeasurandReport(
         file=file,
         calibration=made.label,
@@ -240,11 +247,14 @@ def report_of(
 
 
 def _mean(
-    sensor: Sensor, told: Sequence[MeasurandReading], coverage: float, extrapolate: bool
+    sensor: Sensor, told: Sequence[MeasurandReading], beyond: int, coverage: float, extrapolate: bool
 ) -> tuple[MeasurandReading | None, str | None]:
-    """Of all shots together, or why there is none."""
+    """Of all shots together, or why there is none; beyond: shots that the calibration does not hold for."""
     if len(told) < 2:
         return None, f"{len(told)} of the shots have a reading, and a mean needs two"
+    if beyond:
+        what = f"{beyond} of the shots lie outside of the calibration"
+        return None, f"{what}, and the mean of the others would be drawn into its range"
     f = fmean(each.f_nat_hz for each in told)
     celsius = [each.temperature_c for each in told if each.temperature_c is not None]
     at = _seconds(told[0].at)

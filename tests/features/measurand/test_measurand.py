@@ -16,6 +16,7 @@ from platform_daemon.features.measurand.library import Measurands
 from platform_daemon.features.measurand.plausible import refuse_other_unit
 from platform_daemon.features.measurand.reference_file import Reference, read_reference, reference_from
 from platform_daemon.features.measurand.report import readings_text
+from platform_daemon.features.measurand.schema import UnreadShot
 from platform_daemon.features.measurand.sensor import Sensor, report_of
 from platform_daemon.features.measurand.shots import Shots
 from platform_daemon.features.measurand.work import calibrated, key_of
@@ -187,6 +188,19 @@ def test_why_there_is_no_mean(sensor):
     assert report.mean_reason == "1 of the shots have a reading, and a mean needs two"
     assert f"no mean: {report.mean_reason}" in readings_text(report)
     assert report_of("two", shots, sensor).mean_reason is None
+
+
+def test_a_mean_is_not_drawn_into_the_range_of_the_calibration(sensor):
+    """Three shots within it and one far above: the mean of the three would say that nothing was high."""
+    shots, _ = PressureSensor(3).shots(START_S, 4, 900.0)
+    high = replace(shots, f_hz=np.array([*shots.f_hz[:3], PressureSensor(0).f_hz(sensor.valid_to + 40.0, 22.0)]))
+    report = report_of("four", high, sensor)
+    assert (report.mean, len(report.shots), len(report.refused)) == (None, 3, 1)
+    assert report.mean_reason.startswith("1 of the shots lie outside of the calibration, and the mean of the others")
+    asked = report_of("four", high, sensor, extrapolate=True)
+    assert (len(asked.mean.frames), asked.mean_reason) == (4, None)
+    unfitted = replace(shots, refused=(UnreadShot(frame=9, reason="no signal"),))
+    assert report_of("five", unfitted, sensor).mean is not None
 
 
 def test_specimens_whose_names_differ_in_signs_have_keys_of_their_own(sensor, tmp_path):
