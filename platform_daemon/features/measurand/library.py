@@ -88,10 +88,14 @@ class Measurands:
 
 
 def _read(version: Version) -> MeasurandCalibration:
+    from .consistency import contradiction  # numpy, which a daemon without sensors does not need
+
     try:
         found = validated(MeasurandCalibration, json.loads(read_text_file(version.path)), version.path.name)
         if (found.key, found.version) != (version.name, version.number):
             raise ValueError(f"it holds {found.label}")
+        if why := contradiction(found):
+            raise ValueError(why)
     except (OSError, ValueError, RecursionError, InputError) as error:
         why = error.what if isinstance(error, InputError) else str(error)
         remedy = "restore the file from a copy, or calibrate again"

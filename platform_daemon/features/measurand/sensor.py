@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from .shots import Shots
 
 SECONDS_PER_DAY = 86400.0
-_NEGATIVE = -1e-6  # an eigenvalue of a correlation matrix that the digits of a file explain
 
 
 class OutsideCalibration(InputError):
@@ -48,27 +47,6 @@ def stamp(seconds: float) -> str:
     return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="milliseconds")
 
 
-def _contradiction(made: MeasurandCalibration, of_curve: int) -> str:
-    """What is wrong with the numbers; "": nothing."""
-    n = of_curve + (made.temperature_c is not None)
-    numbers = [*made.parameters.values(), made.centre, made.scale, made.valid_from, made.valid_to, made.scatter_hz]
-    if len(made.parameters) != n:
-        return f"its model has {n} parameters, and the file {len(made.parameters)}"
-    if any(len(row) != n for row in (made.covariance, *made.covariance)):
-        return f"the covariance is not {n} by {n}"
-    if not np.isfinite([*numbers, made.dof, *(each for row in made.covariance for each in row)]).all():
-        return "a number is not finite"
-    if not (made.scale > 0.0 and made.valid_to > made.valid_from and made.scatter_hz >= 0.0 and made.dof >= 1.0):
-        return "scale, range, scatter or degrees of freedom are none"
-    covariance = np.array(made.covariance)
-    size = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
-    size[size == 0.0] = 1.0
-    relative = covariance / np.outer(size, size)
-    if not np.allclose(relative, relative.T) or np.linalg.eigvalsh(relative)[0] < _NEGATIVE:
-        return "the covariance of its parameters is none"
-    return ""
-
-
 @dataclass(frozen=True, eq=False)
 class Sensor:
     """A resonator that reads a quantity by its calibration."""
@@ -78,14 +56,10 @@ class Sensor:
 
     @classmethod
     def by(cls, made: MeasurandCalibration) -> Sensor:
-        """Of a calibration.  Raises ConfigError for a model that is not installed, InputError for numbers that are none
-        of a calibration, as somebody may have written them."""
+        """Of a calibration.  Raises ConfigError for a model that is not installed."""
         curve = (
             Polynomial(made.degree, made.centre, made.scale) if made.model == "polynomial" else named_curve(made.model)
         )
-        if why := _contradiction(made, len(curve.names)):
-            remedy = "restore its file from a copy, or calibrate again"
-            raise InputError("the calibration contradicts itself", where=made.label, why=why, remedy=remedy)
         found = CalibratedCurve(
             curve=curve,
             parameters=np.array(list(made.parameters.values())),
@@ -112,8 +86,8 @@ class Sensor:
 
         celsius: temperature, degrees Celsius; at_s: when, s since 1970, None: not known, so that no drift counts.
         A temperature outside of those of the calibration by less than a tenth of their range counts as extrapolated.
-        Raises OutsideCalibration for one outside of the range by more than U unless `extrapolate`, and for a temperature
-        that is further outside, InputError for one that is missing.
+        Raises OutsideCalibration for one outside of the range by more than U unless `extrapolate`, and for a
+        temperature that is further outside, InputError for one that is missing.
         """
         made = self.calibration
         second, warmer = None, False

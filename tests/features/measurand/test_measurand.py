@@ -349,9 +349,14 @@ def test_what_is_declared_of_the_reference_is_in_each_reading(sensor):
         ({"scatter_hz": float("nan")}, "a number is not finite"),
     ],
 )
-def test_a_calibration_that_somebody_has_changed(sensor, values, said):
-    with pytest.raises(InputError, match=rf"contradicts itself\. {said}.*restore its file"):
-        Sensor.by(sensor.model_copy(update=values))
+def test_a_calibration_that_somebody_has_changed(sensor, tmp_path, values, said):
+    kept = Measurands(tmp_path)
+    kept.add(sensor.model_copy(update=values))
+    with pytest.raises(
+        InputError, match=rf"sensor@1.json: is no calibration of a measurand\. {said}.*restore the file"
+    ):
+        kept.get("sensor")
+    assert (kept.all()[0], len(kept.all()[1])) == ([], 1)
 
 
 def test_a_model_that_is_not_installed(sensor):
