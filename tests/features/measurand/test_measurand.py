@@ -351,10 +351,9 @@ def test_what_is_declared_of_the_reference_is_in_each_reading(sensor):
 )
 def test_a_calibration_that_somebody_has_changed(sensor, tmp_path, values, said):
     kept = Measurands(tmp_path)
-    kept.add(sensor.model_copy(update=values))
-    with pytest.raises(
-        InputError, match=rf"sensor@1.json: is no calibration of a measurand\. {said}.*restore the file"
-    ):
+    kept.add(sensor)
+    (tmp_path / "sensor@1.json").write_text(json.dumps({**sensor.model_dump(), **values}))
+    with pytest.raises(InputError, match=rf"sensor@1.json: is no calibration of a measurand\. {said}.*restore"):
         kept.get("sensor")
     assert (kept.all()[0], len(kept.all()[1])) == ([], 1)
 
