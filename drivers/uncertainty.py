@@ -115,6 +115,19 @@ class DeclaredUncertainty(_Section):
         default=(), description="Inputs that err together."
     )
 
+    @model_validator(mode="after")
+    def _one_coefficient_a_pair(self) -> DeclaredUncertainty:
+        told: dict[frozenset[str], float] = {}
+        for each in self.correlation:
+            one, other = each.between
+            if one == other:
+                raise ValueError(f"correlation is declared of {one!r} with itself: name two inputs")
+            if (before := told.setdefault(frozenset(each.between), each.r)) != each.r:
+                raise ValueError(
+                    f"correlation of {one!r} and {other!r} is declared twice, as {before:g} and {each.r:g}"
+                )
+        return self
+
     def under(self, own: DeclaredUncertainty | None) -> DeclaredUncertainty:
         """These declarations, with those of something more particular in the place of the same ones."""
         if own is None:
@@ -124,5 +137,7 @@ class DeclaredUncertainty(_Section):
             **self.temperature_coefficient_per_k,
             **own.temperature_coefficient_per_k,
         }
-        given["correlation"] = (*self.correlation, *own.correlation)
+        pairs = {frozenset(each.between) for each in own.correlation}
+        kept = (each for each in self.correlation if frozenset(each.between) not in pairs)
+        given["correlation"] = (*kept, *own.correlation)
         return self.model_copy(update=given)

@@ -22,6 +22,7 @@ from .inputs import Array, InputQuantity
 
 _ITERATIONS = 200
 _CONVERGED = 1e-7  # of the standard uncertainties of the parameters: the last step
+_CHANCE = 0.01  # of chi^2, beyond which on either side the uncertainties of the points do not explain it
 _ROUNDS = 6  # of scatter and fit: the scatter changes by less than a percent after three
 _PLACES = 400  # at which a curve is looked at for a turning point
 FOLDS = 5
@@ -89,11 +90,9 @@ class CalibratedCurve:
         """f (n,) at x (n,)."""
         own = len(self.curve.names)
         found = self.curve.value(self.parameters[:own], x)
-        return (
-            found
-            if self.second_at is None or second is None
-            else found + self.parameters[own] * (second - self.second_at)
-        )
+        if self.second_at is None or second is None:
+            return found
+        return found + self.parameters[own] * (second - self.second_at)
 
     def slope(self, x: Array) -> Array:
         """df/dx (n,)."""
@@ -186,9 +185,7 @@ def fit_curve(curve: Curve, points: Points) -> CalibratedCurve:
     found = _minimum(curve, points, second_at, np.hypot(points.u_f, float(first.std())))
     for _ in range(_ROUNDS):
         left, slopes = found[2], found[4]
-        explained = np.mean(points.u_f**2 + (slopes * points.u_x) ** 2)
-        more = float(left @ left) / (n - wanted) - float(explained)
-        scatter = np.full(n, max(0.0, more))
+        scatter = np.full(n, _more_variance(left, points.u_f**2 + (slopes * points.u_x) ** 2, n - wanted))
         found = _minimum(curve, points, second_at, np.sqrt(points.u_f**2 + scatter))
     parameters, covariance, left, weights, _ = found
     count = n / independent(left * np.sqrt(weights))
@@ -204,6 +201,23 @@ def fit_curve(curve: Curve, points: Points) -> CalibratedCurve:
         second_at=second_at,
         second_range=None if second is None else (float(second.min()), float(second.max())),
     )
+
+
+def _more_variance(left: Array, explained: Array, dof: int) -> float:
+    """The variance that all residuals have beyond what is known of each: the difference of the means.  Where a few that
+    are known badly decide it, that of which chi^2 is dof (Paule and Mandel, J. Res. NBS 87 (1982) 377)."""
+    from scipy.optimize import brentq
+    from scipy.special import chdtri
+
+    def chi2(more: float) -> float:
+        return float(np.sum(left**2 / (explained + more)))
+
+    mean = float(left @ left) / dof
+    more, least = max(0.0, mean - float(explained.mean())), 1e-12 * mean
+    low, high = chdtri(dof, 1.0 - _CHANCE) if more > 0.0 else 0.0, chdtri(dof, _CHANCE)
+    if mean == 0.0 or low <= chi2(max(more, least)) <= high:
+        return more
+    return float(brentq(lambda x: chi2(x) - dof, least, mean)) if chi2(least) > dof else 0.0
 
 
 def independent(residuals: Array) -> float:
@@ -259,6 +273,18 @@ def turning_points(found: CalibratedCurve) -> tuple[float, ...]:
     return tuple(x[1:][signs[1:] != signs[:-1]].tolist())
 
 
+def one_branch(found: CalibratedCurve, within: tuple[float, float]) -> tuple[float, float]:
+    """The part of `within` about the range of the calibration where f does not turn and is a number: beyond, an f
+    belongs to two x, or to none."""
+    x = np.linspace(*within, 4 * _PLACES)
+    rising = float(found.slope(np.array([0.5 * (found.x_range[0] + found.x_range[1])]))[0])
+    wrong = ~(found.slope(x) * rising > 0.0)
+    below, above = wrong & (x < found.x_range[0]), wrong & (x > found.x_range[1])
+    low = within[0] if not below.any() else min(found.x_range[0], float(x[np.flatnonzero(below)[-1] + 1]))
+    high = within[1] if not above.any() else max(found.x_range[1], float(x[np.flatnonzero(above)[0] - 1]))
+    return low, high
+
+
 def left_over(found: CalibratedCurve, points: Points) -> Array:
     """f minus the calibration, (n,)."""
     return points.f - found.value(points.x, points.second)
@@ -306,7 +332,12 @@ def cross_validated(curve: Curve, points: Points) -> CrossValidation:
     within: list[bool] = []
     for fold in np.array_split(places, FOLDS):
         kept = np.setdiff1d(places, fold)
-        made = fit_curve(curve, points.some(kept))
+        try:
+            made = fit_curve(curve, points.some(kept))
+        except InputError as error:
+            what = f"a cross-validation, which leaves out {len(fold)} of {len(places)} pairs in turn, cannot be made"
+            why = f"{error.what} then" + (f", and {error.why}" if error.why else "")
+            raise InputError(what, where=error.where, why=why, remedy=error.remedy) from None
         low, high = made.x_range
         wide = low - 0.5 * (high - low), high + 0.5 * (high - low)
         for k in fold:

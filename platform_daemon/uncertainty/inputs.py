@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Literal
 
 import numpy as np
@@ -15,8 +16,9 @@ from drivers.errors import InputError
 
 Array = NDArray[np.float64]
 Distribution = Literal["normal", "rectangular", "triangular", "arcsine"]
-Correlations = Mapping[tuple[str, str], float]
-"""Correlation coefficients by the names of two inputs; a pair that is not named has none."""
+Correlations = Mapping[tuple[str, str], float] | Sequence[Sequence[float]] | Array
+"""Correlation coefficients by the names of two inputs, of which a pair that is not named has none; or their matrix
+(n, n), in the order of the inputs."""
 SPREAD: dict[str, float] = {"rectangular": math.sqrt(3.0), "triangular": math.sqrt(6.0), "arcsine": math.sqrt(2.0)}
 """Half-width over standard deviation (JCGM 100:2008, 4.3.7, 4.3.9; JCGM 101:2008, 6.4.6)."""
 _NEGATIVE = -1e-9  # an eigenvalue of a correlation matrix that rounding explains
@@ -30,11 +32,13 @@ class InputQuantity:
         name: by which budgets list it and correlations name it.
         value: best estimate; u: standard uncertainty, in the unit of the value.
         kind: "A", evaluated from repeated observations, or "B", from anything else.
-        distribution: of what it may be; "normal" with finite `dof` is a scaled and shifted t distribution.
+        distribution: of what it may be; "normal" with finite `dof` is a scaled and shifted t distribution, one with
+            ends has ends that are not exactly known.
         dof: degrees of freedom of `u`; infinite: it is known exactly.
         source: where it is known from, in words.
 
-    Raises InputError for u that is not above 0, dof below 1, numbers that are not finite, or an unknown distribution.
+    Raises InputError for u that is not above 0, dof below 1, what is no finite number, or an unknown kind or
+    distribution.
     """
 
     name: str
@@ -46,6 +50,9 @@ class InputQuantity:
     source: str = ""
 
     def __post_init__(self) -> None:
+        for number in (self.value, self.u, self.dof):
+            if not isinstance(number, Real):
+                raise InputError(f"{number!r} is no number", where=self.name, remedy="give numbers")
         if not math.isfinite(self.value):
             raise InputError(f"the value is {self.value}", where=self.name, remedy="give a finite number")
         if not (math.isfinite(self.u) and self.u > 0.0):
@@ -54,6 +61,9 @@ class InputQuantity:
             raise InputError(f"the standard uncertainty is {self.u}", where=self.name, why=why, remedy=remedy)
         if not self.dof >= 1.0:
             raise InputError(f"{self.dof} degrees of freedom", where=self.name, remedy="give 1 or more, or none")
+        if self.kind not in ("A", "B"):
+            remedy = "A: evaluated from repeated observations; B: from anything else"
+            raise InputError(f"no type {self.kind!r} of evaluation", where=self.name, remedy=remedy)
         if self.distribution != "normal" and self.distribution not in SPREAD:
             remedy = f"one of: normal, {', '.join(SPREAD)}"
             raise InputError(f"no distribution {self.distribution!r}", where=self.name, remedy=remedy)
@@ -87,10 +97,17 @@ def from_observations(
         source: where they are known from.
 
     Returns the inputs, of type A with n - 1 degrees of freedom, and the coefficients between them.  Raises InputError
-    for lengths that differ, fewer than two observations, values that are not finite, or observations that are all one.
+    for no quantity, lengths that differ, fewer than two observations, what is no finite number, or observations that
+    are all one.
     """
-    table = {name: np.asarray(values, np.float64) for name, values in observations.items()}
-    for name, values in table.items():
+    if not observations:
+        raise InputError("there are no observations", where="observations", remedy="give those of each quantity")
+    table: dict[str, Array] = {}
+    for name, given in observations.items():
+        try:
+            table[name] = values = np.asarray(given, np.float64)
+        except (ValueError, TypeError) as error:
+            raise InputError("not all are numbers", where=name, why=str(error), remedy="give numbers") from None
         if values.shape != next(iter(table.values())).shape or values.ndim != 1 or values.size < 2:
             remedy = "give as many observations of each quantity, at least two"
             raise InputError(f"observations of the shape {values.shape}", where=name, remedy=remedy)
@@ -115,15 +132,18 @@ def from_observations(
 def correlation_matrix(inputs: Sequence[InputQuantity], correlations: Correlations | None) -> Array:
     """The matrix (n, n) of the correlation coefficients.
 
-    Raises InputError for two inputs of one name, a name that is no input's, a coefficient outside -1 to 1, one that is
-    given twice or for an input with itself, and for coefficients that no joint distribution can have.
+    Raises InputError for two inputs of one name, a name that is no input's, a coefficient outside -1 to 1, two of one
+    pair that differ, one of an input with itself, a matrix that is not square, symmetric or 1 on its diagonal, and for
+    coefficients that no joint distribution can have.
     """
     names = [each.name for each in inputs]
     doubles = sorted({name for name in names if names.count(name) > 1})
     if doubles:
         raise InputError(f"several inputs are called {', '.join(doubles)}", remedy="give each input its own name")
+    pairs = correlations if isinstance(correlations, Mapping) else _pairs_of(names, correlations)
     matrix = np.eye(len(names))
-    for (one, other), r in (correlations or {}).items():
+    given: dict[frozenset[str], float] = {}
+    for (one, other), r in pairs.items():
         where = f"correlation of {one} and {other}"
         unknown = [name for name in (one, other) if name not in names]
         if unknown:
@@ -133,12 +153,12 @@ def correlation_matrix(inputs: Sequence[InputQuantity], correlations: Correlatio
         if not -1.0 <= r <= 1.0:
             raise InputError(f"the coefficient is {r}", where=where, remedy="give a number between -1 and 1")
         i, j = names.index(one), names.index(other)
-        if matrix[i, j] != 0.0 and matrix[i, j] != r:
-            raise InputError(f"{matrix[i, j]:g} and {r:g} are both given", where=where, remedy="give one of the two")
+        if (before := given.setdefault(frozenset((one, other)), r)) != r:
+            raise InputError(f"{before:g} and {r:g} are both given", where=where, remedy="give one of the two")
         matrix[i, j] = matrix[j, i] = r
     smallest = float(np.linalg.eigvalsh(matrix)[0]) if names else 1.0
     if smallest < _NEGATIVE:
-        concerned = sorted({name for pair in (correlations or {}) for name in pair})
+        concerned = sorted({name for pair, r in pairs.items() if r != 0.0 for name in pair})
         raise InputError(
             "the correlation coefficients contradict each other",
             where=", ".join(concerned),
@@ -146,6 +166,26 @@ def correlation_matrix(inputs: Sequence[InputQuantity], correlations: Correlatio
             remedy="make the coefficients smaller, or estimate all of them from the same observations",
         )
     return matrix
+
+
+def _pairs_of(names: Sequence[str], matrix: Sequence[Sequence[float]] | Array | None) -> dict[tuple[str, str], float]:
+    """Every element beside the diagonal of a matrix (n, n).  Raises InputError for one that is none of coefficients."""
+    if matrix is None:
+        return {}
+    where, n = "correlations", len(names)
+    try:
+        rows = np.asarray(matrix, np.float64)
+    except (ValueError, TypeError) as error:
+        remedy = "give coefficients by pairs of names, or their matrix"
+        raise InputError("not all are numbers", where=where, why=str(error), remedy=remedy) from None
+    if rows.shape != (n, n):
+        remedy = f"give one of {n} by {n}, in the order of the inputs, or coefficients by pairs of names"
+        raise InputError(f"a matrix of the shape {rows.shape} for {n} inputs", where=where, remedy=remedy)
+    for name, r in zip(names, rows.diagonal(), strict=True):
+        if r != 1.0:
+            remedy = "give coefficients: a covariance over both standard uncertainties"
+            raise InputError(f"the diagonal holds {r:g} for {name}, not 1", where=where, remedy=remedy)
+    return {(names[i], names[j]): float(rows[i, j]) for i, j in itertools.permutations(range(n), 2)}
 
 
 def groups(correlation: Array) -> list[list[int]]:

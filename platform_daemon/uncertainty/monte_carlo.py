@@ -15,7 +15,7 @@ import numpy as np
 from drivers.errors import InputError
 
 from .budget import Budget, checked_coverage
-from .inputs import Array, Correlations, InputQuantity, correlation_matrix, groups
+from .inputs import SPREAD, Array, Correlations, InputQuantity, correlation_matrix, groups
 from .propagation import Model, results_of
 
 BLOCK = 10_000
@@ -100,7 +100,8 @@ def monte_carlo(
     """Draw all inputs of `model(x1, x2, ...)`.
 
     Args:
-        model: a function of arrays; inputs: x1, x2, ...; correlations: between normal inputs, by their names.
+        model: a function of arrays; inputs: x1, x2, ...; correlations: between normal inputs, by their names, or
+            their matrix.
         coverage: probability of the interval.
         trials: draws; None: blocks until mean, standard deviation and both ends of the interval are stable.
         digits: significant decimal digits of u that count.
@@ -170,18 +171,31 @@ class _Sampler:
     def _deviations(self, group: Sequence[int], count: int) -> Array:
         """Of a group, in standard uncertainties, (len(group), count); of t distributions in their scales."""
         first, random = self._inputs[group[0]], self._random
-        if first.distribution == "rectangular":
-            return random.uniform(-math.sqrt(3.0), math.sqrt(3.0), (1, count))
-        if first.distribution == "triangular":
-            return random.triangular(-math.sqrt(6.0), 0.0, math.sqrt(6.0), (1, count))
-        if first.distribution == "arcsine":
-            return math.sqrt(2.0) * np.sin(random.uniform(0.0, 2.0 * math.pi, (1, count)))
+        if first.distribution != "normal":
+            return self._limits(first, count) * self._within(first, count)
         normal = random.standard_normal((len(group), count))
         if len(group) > 1:
             values, vectors = np.linalg.eigh(self._correlation[np.ix_(group, group)])
             normal = (vectors * np.sqrt(np.maximum(values, 0.0))) @ normal
         dof = min(self._inputs[k].dof for k in group)
         return normal if math.isinf(dof) else normal / np.sqrt(random.chisquare(dof, count) / dof)
+
+    def _within(self, one: InputQuantity, count: int) -> Array:
+        """Of a distribution with ends, in half-widths, (1, count)."""
+        random = self._random
+        if one.distribution == "rectangular":
+            return random.uniform(-1.0, 1.0, (1, count))
+        if one.distribution == "triangular":
+            return random.triangular(-1.0, 0.0, 1.0, (1, count))
+        return np.sin(random.uniform(0.0, 2.0 * math.pi, (1, count)))
+
+    def _limits(self, one: InputQuantity, count: int) -> Array | float:
+        """Half-width in standard uncertainties; with degrees of freedom it is known to a part of 1 / sqrt(2 dof)
+        (JCGM 100:2008, G.4.2), within which it is drawn (6.4.3)."""
+        if math.isinf(one.dof):
+            return SPREAD[one.distribution]
+        drawn = self._random.uniform(-1.0, 1.0, (1, count)) / math.sqrt(2.0 * one.dof)
+        return SPREAD[one.distribution] * (1.0 + drawn)
 
 
 class _Blocks:

@@ -12,7 +12,7 @@ import numpy as np
 from drivers.errors import InputError
 
 from .budget import Budget, combine
-from .inputs import Array, Correlations, InputQuantity, correlation_matrix
+from .inputs import Array, Correlations, InputQuantity, correlation_matrix, groups
 
 Model = Callable[..., Any]
 """A function of the inputs, in their order, by numpy: given arrays, it returns an array."""
@@ -65,7 +65,7 @@ def propagate(
     Args:
         model: the function, of floats or arrays.
         inputs: x1, x2, ...
-        correlations: between inputs, by their names.
+        correlations: between inputs, by their names, or their matrix.
         coverage: probability of the interval value ± U.
         quantity: name of the result.
         second_order: add the terms of the note to 5.1.2, for a model that is not linear over the uncertainties.
@@ -74,7 +74,7 @@ def propagate(
     """
     if not second_order:
         return propagate_jointly(model, inputs, (quantity,), correlations, coverage=coverage)[quantity]
-    if correlations:
+    if len(groups(correlation_matrix(inputs, correlations))) < len(inputs):
         remedy = "leave second_order out, or use monte_carlo, which knows no order"
         raise InputError("the terms of second order hold for independent inputs", where="correlations", remedy=remedy)
     scaled = _in_standard_uncertainties(model, inputs)
@@ -97,6 +97,8 @@ def propagate_jointly(
 
     The arguments and the errors are those of `propagate`; quantities: names of what the model returns, in order.
     """
+    if not inputs:
+        raise InputError("the model has no inputs", where="inputs", remedy="give at least one input")
     matrix = correlation_matrix(inputs, correlations)
     scaled = _in_standard_uncertainties(model, inputs)
     values = scaled(np.zeros((len(inputs), 1)))[:, 0]

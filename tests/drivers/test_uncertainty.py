@@ -42,3 +42,19 @@ def test_a_resonator_speaks_for_itself():
     assert both.position_m == own.position_m
     assert both.temperature_coefficient_per_k == {"f_nat_hz": -0.2, "m_r_am2": -1e-5}
     assert platform.under(None) is platform
+
+
+def test_correlations_of_a_resonator_replace_those_of_the_platform():
+    def between(one, other, r):
+        return {"between": [one, other], "r": r}
+
+    platform = _declared(correlation=[between("a", "b", 0.5), between("a", "c", 0.1)])
+    both = platform.under(_declared(correlation=[between("b", "a", 0.2)]))
+    assert [(each.between, each.r) for each in both.correlation] == [(("a", "c"), 0.1), (("b", "a"), 0.2)]
+    with pytest.raises(ValidationError, match=r"'b' and 'a' is declared twice, as 0\.5 and 0\.4"):
+        _declared(correlation=[between("a", "b", 0.5), between("b", "a", 0.4)])
+    with pytest.raises(ValidationError, match="'a' with itself"):
+        _declared(correlation=[between("a", "a", 1.0)])
+    for r in (1.5, -1.01, math.nan, "0.5"):
+        with pytest.raises(ValidationError, match=r"correlation\.0\.r"):
+            _declared(correlation=[between("a", "b", r)])

@@ -69,6 +69,22 @@ def test_readings_are_covered(curve, p):
     assert 0.85 <= np.mean(np.array(parameters) < 1.96) <= 1.0
 
 
+def test_a_point_that_is_known_badly_does_not_hide_the_scatter_of_the_others():
+    """One reading of the reference has u = 2, the others 0.01: f scatters by 0.05 nevertheless, and U says so."""
+    curve, hits, scatters = Polynomial(1, 3.0, 2.0), [], []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        x, u_x = np.linspace(1.0, 5.0, 30), np.full(30, 0.01)
+        u_x[7] = 2.0
+        f = curve.value(np.array([213.0, -0.8]), x) + 0.05 * random.standard_normal(30)
+        found = fit_curve(curve, Points(x + u_x * random.standard_normal(30), u_x, f, np.full(30, 1e-3)))
+        scatters.append(found.scatter)
+        low, high = found.read("x", 213.0 - 0.4 + 0.05 * random.standard_normal()).interval
+        hits.append(low <= 4.0 <= high)
+    assert np.mean(scatters) == pytest.approx(0.05, rel=0.1)
+    assert np.mean(hits) >= 0.85
+
+
 def test_a_second_influence_is_taken_out():
     curve, random = Polynomial(1, 3.0, 2.0), np.random.default_rng(2)
     points, true = _points(curve, [213.0, -0.8], u_x=0.001)
@@ -138,6 +154,22 @@ def test_pairs_that_do_not_suffice(n, constant, said):
     x = np.ones(n) if constant else np.linspace(1.0, 2.0, n)
     with pytest.raises(InputError, match=said):
         fit_curve(Polynomial(2, 1.5, 0.5), Points(x, np.full(n, 0.1), 213.0 + x, np.full(n, 0.1)))
+
+
+@pytest.mark.parametrize(
+    ("x", "said"),
+    [
+        (np.array([1.0, 1.5, 2.0, 2.5]), r"leaves out 1 of 4 pairs in turn, cannot be made.*3 pairs for 2 parameters"),
+        (np.array([1.0] * 8 + [2.0, 2.0]), r"leaves out 2 of 10 pairs.*the reference has one value only then"),
+    ],
+)
+def test_pairs_that_do_not_suffice_for_a_cross_validation(x, said):
+    n = len(x)
+    f = 213.0 + x + 1e-3 * np.random.default_rng(1).standard_normal(n)
+    points = Points(x, np.full(n, 0.01), f, np.full(n, 0.01))
+    fit_curve(Polynomial(1, 1.5, 0.5), points)
+    with pytest.raises(InputError, match=said):
+        cross_validated(Polynomial(1, 1.5, 0.5), points)
 
 
 def test_a_reading_outside_is_refused_unless_asked_for():

@@ -3,7 +3,8 @@
 Inputs and printed digits of H.1 and H.2 (JCGM 100:2008, annex H) were compared with two other programs that quote them:
 GTC (github.com/MSLNZ/GTC, docs/API/GUM_H1.rst, test/test_type_a.py: test_GUM_H2_wo_labels) and suncal
 (github.com/sandialabs/suncal, test/test_examples.py: test_GUMH2, test/test_GUMH2.csv).  Those of 9.2 to 9.4 (JCGM
-101:2008) that are moments or ends of closed distributions are computed here once more from their equations.
+101:2008) that are moments or ends of closed distributions are computed here once more from their equations.  The
+digits of H.3 and 9.5 are quoted without a second program.
 """
 
 import math
@@ -230,3 +231,52 @@ def test_digits_of_the_comparison_loss_follow_from_its_moments(r, x1):
     if x1 == 0.0 and not r:
         # The sum over u^2 is chi squared of two degrees of freedom, whose density falls from 0 on.
         assert round(1e6 * -2.0 * u**2 * math.log(0.05)) == LOSS[r, x1][3]
+
+
+def test_a_thermometer():
+    """H.3: the straight line by least squares, and the correction that it predicts at 30 degrees Celsius."""
+    line = (
+        NORMAL(name="y1", value=-0.1712, u=0.0029, kind="A", dof=9),
+        NORMAL(name="y2", value=0.00218, u=0.00067, kind="A", dof=9),
+    )
+    found = pd_.propagate(lambda y1, y2: y1 + y2 * (30.0 - 20.0), line, [[1.0, -0.930], [-0.930, 1.0]])
+    assert (round(found.value, 4), round(found.u, 4), round(found.dof)) == (-0.1494, 0.0041, 9)
+
+
+GAUGE_BLOCK = (
+    NORMAL(name="length of the standard / nm", value=50_000_623.0, u=25.0, dof=18),
+    NORMAL(name="difference / nm", value=215.0, u=6.0, dof=24),
+    NORMAL(name="random effects / nm", value=0.0, u=4.0, dof=5),
+    NORMAL(name="systematic effects / nm", value=0.0, u=7.0, dof=8),
+    NORMAL.within("expansion of the standard / K^-1", 11.5e-6, 2e-6),
+    NORMAL(name="mean deviation of the temperature / K", value=-0.1, u=0.2),
+    NORMAL.within("cyclic variation / K", 0.0, 0.5, "arcsine"),
+    NORMAL.within("difference of the expansions / K^-1", 0.0, 1e-6, dof=50),
+    NORMAL.within("difference of the temperatures / K", 0.0, 0.05, dof=2),
+)
+
+
+def test_gauge_block():
+    """9.5 of the supplement; the ends of the last two inputs are known to 10 % and 50 %."""
+
+    def deviation(standard, read, random, systematic, expansion, mean, cycle, expansions, temperatures):
+        warmer = expansions * (mean + cycle) + expansion * temperatures
+        return standard + read + random + systematic - standard * warmer - 50e6
+
+    first = pd_.propagate(deviation, GAUGE_BLOCK, coverage=0.99)
+    assert [round(x) for x in (first.value, first.u, *first.interval)] == [838, 32, 745, 931]
+    assert round(pd_.propagate(deviation, GAUGE_BLOCK, second_order=True).u) == 34
+    drawn = pd_.monte_carlo(deviation, GAUGE_BLOCK, coverage=0.99, trials=1_000_000)
+    assert (drawn.value, drawn.u) == pytest.approx((838.0, 36.0), abs=0.5)
+    assert drawn.shortest == pytest.approx((745.0, 932.0), abs=1.5)
+
+
+@pytest.mark.parametrize("distribution", ["rectangular", "triangular", "arcsine"])
+def test_ends_that_are_not_exactly_known_widen_what_is_drawn(distribution):
+    """A half-width within w (1 +- d) multiplies the variance by 1 + d^2 / 3, with d = 1 / sqrt(2 dof)."""
+    known = NORMAL.within("known", 0.0, 1.0, distribution)
+    vague = NORMAL.within("vague", 0.0, 1.0, distribution, dof=2.0)
+    exact, wide = (pd_.monte_carlo(lambda x: x, (each,), trials=400_000) for each in (known, vague))
+    assert exact.u == pytest.approx(known.u, rel=5e-3)
+    assert wide.u == pytest.approx(vague.u * math.sqrt(1.0 + 0.25 / 3.0), rel=5e-3)
+    assert abs(exact.draws).max() <= 1.0 < abs(wide.draws).max() <= 1.5

@@ -57,7 +57,7 @@ def budget(
     from platform_daemon.features.fit.measurement import open_for_fit
 
     from .declared import declared_by
-    from .report import budget_text, off_centre_line, temperature_lines
+    from .report import budget_text, off_centre_line
     from .work import budgets_of, monte_carlo_of
     from .written import budget_report, budgets_report, one_report
 
@@ -76,7 +76,8 @@ def budget(
     found = budgets_of(measurement, ask, shot, series=series, declared=declared, coverage=coverage)
     chosen = found.budgets if quantity == _ALL else (found.of(quantity),)
     drawn = [None if draws is None else monte_carlo_of(each, trials) for each in chosen]
-    told = [budget_report(each, by_draws) for each, by_draws in zip(chosen, drawn, strict=True)]
+    change_k = found.temperature_change_k
+    told = [budget_report(each, by_draws, change_k) for each, by_draws in zip(chosen, drawn, strict=True)]
     everything = budgets_report(found, str(file)).model_copy(update={"budgets": tuple(told)})
     write_json(result.json_file, everything if quantity == _ALL else one_report(found, quantity, drawn[0]))
     write_csv(
@@ -91,8 +92,6 @@ def budget(
     print(f"{file}: {shots}{at}")
     for each in told:
         print(budget_text(each))
-    for line in temperature_lines(everything):
-        print(line)
     if everything.off_centre is not None:
         print(off_centre_line(everything.off_centre))
     if quantity == _ALL and everything.direction is not None:
@@ -104,7 +103,7 @@ def _trials(draws: float | None) -> int | None:
     """Raises InputError for what is no number of draws."""
     if draws is None or draws == 0:
         return None
-    if not (draws >= 1 and draws == int(draws)):
+    if not (draws >= 1 and draws.is_integer()):
         remedy = "give a whole number, as 1e5, or 0 for as many as are needed"
         raise InputError(f"{draws:g} draws", where="--monte-carlo", remedy=remedy)
     return int(draws)

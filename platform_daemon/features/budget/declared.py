@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from drivers.errors import RecordingError
+from drivers.errors import InputError, RecordingError
 from drivers.uncertainty import DeclaredUncertainty
 from drivers.validation import validated
 from platform_daemon.core.recordings.recording import RESONATOR, Recording
+from platform_daemon.core.schemas.parameters import PARAMETERS
 from platform_daemon.core.settings import apply_override, read_toml
 
 _OVERRIDE = "# override: "
@@ -34,6 +36,15 @@ def declared_by(path: Path) -> DeclaredUncertainty:
     """Of a TOML file with the keys of `[uncertainty]`, or with that table.  Raises ConfigError."""
     tables, _ = read_toml(path)
     return validated(DeclaredUncertainty, tables.get("uncertainty", tables), str(path))
+
+
+def check_coefficients(declared: DeclaredUncertainty, names: Sequence[str]) -> None:
+    """Raises InputError for a coefficient of what is neither one of these parameters nor one that other models have: it
+    would do nothing, and what is declared beside it would be taken in its place."""
+    for name in declared.temperature_coefficient_per_k:
+        if name not in names and name not in PARAMETERS:
+            where, remedy = f"temperature_coefficient_per_k.{name}", f"name one of: {', '.join(names)}"
+            raise InputError(f"no fit has a parameter {name!r}", where=where, remedy=remedy)
 
 
 def _table(text: str, where: str) -> dict[str, Any]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from matplotlib.figure import Figure
 
 from platform_daemon.core.reporting.figures import COLOURS, new_figure, png_of
 from platform_daemon.core.reporting.tables import Column, tables_text
 from platform_daemon.core.schemas.parameters import definition_of
 
-from .schema import BudgetReport, BudgetsReport, OffCentreReport
+from .schema import BudgetReport, OffCentreReport
 
 _MANY = 1e6  # degrees of freedom, whose k is that of infinitely many in all digits that are printed
 _SHOWN = 1e-2  # of the combined standard uncertainty: smaller contributions are summed up in words
@@ -19,9 +21,8 @@ def budget_text(report: BudgetReport) -> str:
     shown = [line for line in report.inputs if line.contribution >= _SHOWN * report.u]
     unit = definition_of(report.quantity).unit
     unit = "" if unit == "1" else f" {unit}"
-    dof = "infinitely many" if report.dof is None or report.dof > _MANY else f"{report.dof:.1f}"
     result = f"{report.quantity} = {report.value:.10g}{unit}, U = {report.U:.2g}{unit} (k = {report.k:.2f}, "
-    result += f"{report.coverage:.0%}); u = {report.u:.2g}{unit}, effective degrees of freedom: {dof}"
+    result += f"{report.coverage:.0%}); u = {report.u:.2g}{unit}, effective degrees of freedom: {dof_text(report)}"
     columns: list[Column] = [
         ("u", [f"{line.u:.3g}" for line in shown]),
         ("type", [line.type for line in shown]),
@@ -35,26 +36,22 @@ def budget_text(report: BudgetReport) -> str:
     for each in report.not_declared:
         adds = "what it adds is not known" if each.would_add_per_unit is None else f"adds {each.would_add_per_unit:.3g}"
         lines.append(f"not declared: {each.name}: {adds}{unit if each.would_add_per_unit is not None else ''}")
+    if report.temperature is not None:
+        lines.append(f"temperature: {report.temperature}")
     if report.monte_carlo is not None:
         lines.append(monte_carlo_line(report))
     return "\n".join(lines)
 
 
-def temperature_lines(found: BudgetsReport) -> list[str]:
-    """Of each quantity that a measured change of the temperature may have changed, while nobody has declared how."""
-    change_k, told = found.temperature_change_k, []
-    for each in found.budgets:
-        missing = [
-            one for one in each.not_declared if one.name.startswith("temperature") and "thermometer" not in one.name
-        ]
-        if change_k and missing and missing[0].would_add_per_unit is not None:
-            unit = definition_of(each.quantity).unit
-            told.append(
-                f"temperature: it changed by {change_k:.2g} K over the shots, and {each.quantity} perhaps by "
-                f"{missing[0].would_add_per_unit * change_k:.2g} {unit}, which is in the scatter; nobody has declared "
-                "how it follows: write temperature_coefficient_per_k into [uncertainty] of the resonator's file"
-            )
-    return told
+def dof_text(report: BudgetReport) -> str:
+    """The effective degrees of freedom."""
+    return "infinitely many" if report.dof is None or report.dof > _MANY else f"{report.dof:.1f}"
+
+
+def rounded(report: BudgetReport) -> str:
+    """value ± U, both to two digits of U (JCGM 100:2008, 7.2.6)."""
+    digits = 1 - math.floor(math.log10(float(f"{report.U:.1e}"))) if report.U > 0.0 else 6
+    return " ± ".join(f"{round(number, digits) + 0.0:.{max(0, digits)}f}" for number in (report.value, report.U))
 
 
 def off_centre_line(found: OffCentreReport) -> str:

@@ -118,6 +118,9 @@ class BudgetReport(Schema):
     """Of inputs, those that are not 0."""
     not_declared: tuple[UndeclaredInfluence, ...]
     """Influences that nobody has declared."""
+    temperature: Absent[str] = None
+    """What a change of the temperature that was measured over the shots may have changed, while nobody has declared how
+    the quantity follows it; missing: it is declared, or nothing was measured."""
     monte_carlo: Absent[MonteCarloCheck] = None
     """The check by draws; missing: it was not asked for."""
     covariance: Absent[Covariance] = None

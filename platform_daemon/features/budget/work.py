@@ -27,7 +27,7 @@ from platform_daemon.uncertainty.budget import Budget, NotDeclared, checked_cove
 from platform_daemon.uncertainty.inputs import InputQuantity, correlation_matrix
 from platform_daemon.uncertainty.monte_carlo import MonteCarloResult, monte_carlo
 
-from .declared import declared_in
+from .declared import check_coefficients, declared_in
 from .influences import Effect, Situation, effects_of
 from .off_centre import OffCentre, off_centre
 from .response import response_of, turned_to_rodrigues
@@ -310,6 +310,8 @@ def _situation(
 ) -> Situation:
     recording = measurement.recording if isinstance(measurement, VoltageMeasurement) else None
     record = measurement.signal(frame).record
+    if declared is not None:
+        check_coefficients(declared, tuple(fit.parameters))
     said, day = DeclaredUncertainty(), datetime.now(UTC).date()
     if recording is not None and recording.provenance is not None:
         said = declared_in(recording)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from platform_daemon.core.schemas.fits import Covariance
+from platform_daemon.core.schemas.parameters import definition_of
 from platform_daemon.uncertainty.budget import Budget
 from platform_daemon.uncertainty.monte_carlo import MonteCarloResult, check_law_of_propagation
 
@@ -21,8 +22,8 @@ from .schema import (
 from .work import Array, ResultBudgets
 
 
-def budget_report(budget: Budget, drawn: MonteCarloResult | None = None) -> BudgetReport:
-    """The budget as it is written."""
+def budget_report(budget: Budget, drawn: MonteCarloResult | None = None, change_k: float | None = None) -> BudgetReport:
+    """The budget as it is written; change_k: by how much the temperature changed over the shots, None: not measured."""
     return BudgetReport(
         quantity=budget.quantity,
         value=budget.value,
@@ -53,7 +54,23 @@ def budget_report(budget: Budget, drawn: MonteCarloResult | None = None) -> Budg
             )
             for each in budget.not_declared
         ),
+        temperature=_undeclared_change(budget, change_k),
         monte_carlo=None if drawn is None else _check(budget, drawn),
+    )
+
+
+def _undeclared_change(budget: Budget, change_k: float | None) -> str | None:
+    """Of the quantity, by a measured change of the temperature, while nobody has declared how it follows."""
+    missing = [
+        one for one in budget.not_declared if one.name.startswith("temperature") and "thermometer" not in one.name
+    ]
+    if not change_k or not missing or math.isnan(missing[0].would_add_per_unit):
+        return None
+    adds, unit = missing[0].would_add_per_unit * change_k, definition_of(budget.quantity).unit
+    return (
+        f"it changed by {change_k:.2g} K over the shots, and {budget.quantity} perhaps by {adds:.2g} {unit}, which is "
+        "in the scatter; nobody has declared how it follows: write temperature_coefficient_per_k into [uncertainty] of "
+        "the resonator's file"
     )
 
 
@@ -74,7 +91,7 @@ def _check(budget: Budget, drawn: MonteCarloResult) -> MonteCarloCheck:
 def one_report(found: ResultBudgets, quantity: str, drawn: MonteCarloResult | None = None) -> BudgetReport:
     """The budget of one parameter of a result, with the covariance of all.  Raises InputError for a name of none."""
     more = {"covariance": _covariance(found), "direction": _direction(found), "off_centre": _off_centre(found)}
-    return budget_report(found.of(quantity), drawn).model_copy(update=more)
+    return budget_report(found.of(quantity), drawn, found.temperature_change_k).model_copy(update=more)
 
 
 def _covariance(found: ResultBudgets) -> Covariance:
@@ -101,7 +118,7 @@ def budgets_report(found: ResultBudgets, file: str) -> BudgetsReport:
         frames=found.frames,
         temperature_c=found.temperature_c,
         temperature_change_k=found.temperature_change_k,
-        budgets=tuple(map(budget_report, found.budgets)),
+        budgets=tuple(budget_report(each, change_k=found.temperature_change_k) for each in found.budgets),
         covariance=_covariance(found),
         direction=_direction(found),
         off_centre=_off_centre(found),

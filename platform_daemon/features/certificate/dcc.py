@@ -12,7 +12,7 @@ from platform_daemon.core.schemas.parameters import definition_of
 from platform_daemon.features.budget.schema import BudgetReport
 
 from .schema import CertificateContact, CertificateReport, SensorPart
-from .words import TITLE, sensor_statement, statement
+from .words import TITLE, known_with, sensor_statement, statement
 
 VERSION = "3.2.1"
 DCC, SI = "https://ptb.de/dcc", "https://ptb.de/si"
@@ -99,7 +99,7 @@ def _result(to: Element, report: CertificateReport) -> None:
         for known in report.traceability:
             each = _add(equipment, "measuringEquipment")
             _text(each, "name", known.name)
-            _text(each, "description", f"u = {known.u:.4g}; {known.source}")
+            _text(each, "description", f"u = {known_with(known)}; {known.source}")
     if report.temperature_c is not None:
         condition = _add(_add(to, "influenceConditions"), "influenceCondition")
         _text(condition, "name", "temperature")

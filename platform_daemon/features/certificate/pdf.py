@@ -11,15 +11,30 @@ from fpdf import FPDF
 from fpdf.enums import DocumentCompliance
 
 from .schema import CertificateReport
-from .words import TITLE, facts, result_row, sensor_rows, sensor_statement, statement
+from .words import TITLE, facts, known_with, result_rows, sensor_rows, sensor_statement, statement
 
 _FONT = "DejaVu"
 _LINE_MM, _SIZE = 5.5, 9.0
 
 
+class _Document(FPDF):
+    """A PDF/A whose pages each say of which certificate they are, and the how manieth of how many (ISO/IEC 17025,
+    7.8.2.1)."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(format="A4", enforce_compliance=DocumentCompliance.PDFA_3B)
+        self._name = name
+
+    def footer(self) -> None:
+        """At the foot of each page; fpdf2 calls it."""
+        self.set_y(-15)
+        self.set_font(_FONT, "", 8)
+        self.cell(0, 8, f"{self._name}, page {self.page_no()} of {{nb}}", align="C")
+
+
 def certificate_pdf(report: CertificateReport) -> bytes:
     """The document; the same report gives the same bytes."""
-    pdf = FPDF(format="A4", enforce_compliance=DocumentCompliance.PDFA_3B)
+    pdf = _Document(f"{TITLE} {report.number}")
     pdf.set_creation_date(datetime.fromisoformat(f"{report.issued}T00:00:00+00:00"))
     pdf.set_title(f"{TITLE} {report.number}")
     pdf.set_lang("en")
@@ -33,14 +48,14 @@ def certificate_pdf(report: CertificateReport) -> bytes:
     for name, value in facts(report):
         _pair(pdf, name, value)
     _heading(pdf, "Results")
-    _table(pdf, [("quantity", "value", "U", "k"), *map(result_row, report.results)])
+    _table(pdf, [("quantity", "value", "U", "k"), *result_rows(report)], (50, 22, 22, 6))
     _paragraph(pdf, statement(report))
     if report.sensor is not None:
         _heading(pdf, f"As a sensor of {report.sensor.name}")
         _table(pdf, sensor_rows(report.sensor))
         _paragraph(pdf, sensor_statement(report.sensor))
     _list(pdf, "Method", report.method)
-    _list(pdf, "Traceability", [f"{each.name}: u = {each.u:.4g}; {each.source}" for each in report.traceability])
+    _list(pdf, "Traceability", [f"{each.name}: u = {known_with(each)}; {each.source}" for each in report.traceability])
     _list(pdf, "Not contained in U", report.not_contained or ("nothing that is known of",))
     _list(pdf, "Raw data", [f"{each.file}, SHA-256 {each.sha256}" for each in report.files])
     _heading(pdf, "Signature")
@@ -49,10 +64,10 @@ def certificate_pdf(report: CertificateReport) -> bytes:
     return bytes(pdf.output())
 
 
-def _table(pdf: FPDF, rows: Sequence[Sequence[str]]) -> None:
-    """The first row is the heading."""
+def _table(pdf: FPDF, rows: Sequence[Sequence[str]], widths: tuple[int, ...] | None = None) -> None:
+    """The first row is the heading; widths: of the columns, in parts of the whole, None: all alike."""
     pdf.set_font(_FONT, "", _SIZE)
-    with pdf.table(first_row_as_headings=True, line_height=_LINE_MM) as table:
+    with pdf.table(first_row_as_headings=True, line_height=_LINE_MM, col_widths=widths) as table:
         for cells in rows:
             row = table.row()
             for cell in cells:

@@ -24,7 +24,9 @@ class TraceabilityLine(Schema):
     name: str
     """Of the input, in words."""
     u: float
-    """Standard uncertainty, in the unit of the input."""
+    """Standard uncertainty, in `unit`."""
+    unit: str
+    """Of the input; 1: it is relative."""
     source: str
     """Instrument, certificate or observation."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from drivers.errors import InputError
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.features.measurand.schema import MeasurandCalibration
 from platform_daemon.features.measurand.sensor import Sensor
 
@@ -21,7 +22,7 @@ def sensor_part(made: MeasurandCalibration, specimen: str, coverage: float) -> S
     have in common: no number of readings makes that less, and U would be silent about it.
     """
     where = f"measurand {made.label}"
-    if made.specimen != specimen:
+    if same_name(made.specimen) != same_name(specimen):
         what = f"it is of {made.specimen!r}, not of {specimen!r}"
         raise InputError(what, where=where, remedy="name a calibration of the specimen")
     if made.reference is None:
@@ -52,6 +53,6 @@ def sensor_part(made: MeasurandCalibration, specimen: str, coverage: float) -> S
 
 def reference_line(made: MeasurandCalibration) -> tuple[TraceabilityLine, ...]:
     """What the sensor is traced to."""
-    if made.reference is None:
+    if (known := made.reference) is None:
         return ()
-    return (TraceabilityLine(name=f"reference of {made.name}", u=made.reference.u, source=made.reference.source),)
+    return (TraceabilityLine(name=f"reference of {made.name}", u=known.u, unit=made.unit, source=known.source),)

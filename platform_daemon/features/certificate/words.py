@@ -7,7 +7,7 @@ import math
 from platform_daemon.core.schemas.parameters import definition_of
 from platform_daemon.features.budget.schema import BudgetReport
 
-from .schema import CertificateReport, SensorPart
+from .schema import CertificateReport, SensorPart, TraceabilityLine
 
 TITLE = "Calibration certificate"
 
@@ -35,9 +35,24 @@ def facts(report: CertificateReport) -> list[tuple[str, str]]:
 def result_row(each: BudgetReport) -> tuple[str, str, str, str]:
     """Quantity, value and U to two digits of U, and k."""
     unit = definition_of(each.quantity).unit
-    digits = max(0, 1 - math.floor(math.log10(each.U))) if each.U > 0.0 else 6
-    value, expanded = (f"{number:.{digits}f} {unit}" for number in (each.value, each.U))
+    digits = 1 - math.floor(math.log10(float(f"{each.U:.1e}"))) if each.U > 0.0 else 6
+    value, expanded = (f"{round(number, digits) + 0.0:.{max(0, digits)}f} {unit}" for number in (each.value, each.U))
     return each.quantity, value, expanded, f"{each.k:.2f}"
+
+
+def result_rows(report: CertificateReport) -> list[tuple[str, str, str, str]]:
+    """The same of all results, with the quantity in words."""
+    return [(_in_words(each.quantity), *result_row(each)[1:]) for each in report.results]
+
+
+def _in_words(quantity: str) -> str:
+    known = definition_of(quantity)
+    return f"{known.description.partition(' (eq:')[0]}, {known.symbol}"
+
+
+def known_with(line: TraceabilityLine) -> str:
+    """The standard uncertainty of an input, with its unit."""
+    return f"{line.u:.4g} {'(relative)' if line.unit == '1' else line.unit}"
 
 
 def statement(report: CertificateReport) -> str:

@@ -6,20 +6,25 @@ import math
 from collections.abc import Sequence
 from datetime import date, datetime
 from pathlib import Path
+from statistics import median
 
 from drivers.errors import InputError
 from drivers.specimen import Specimen
 from drivers.uncertainty import DeclaredUncertainty, Influence
 from platform_daemon import __version__
 from platform_daemon.core.recordings.evidence import file_digests
+from platform_daemon.core.schemas.fits import FrameFit
 from platform_daemon.core.schemas.parameters import definition_of
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.features.budget.declared import declared_in
 from platform_daemon.features.budget.schema import BudgetReport
 from platform_daemon.features.budget.work import series_budgets
 from platform_daemon.features.budget.written import budget_report
+from platform_daemon.features.fit.fit import fit_measurement
 from platform_daemon.features.fit.fit_request import FitRequest
 from platform_daemon.features.fit.known_moment import declared_specimen
 from platform_daemon.features.fit.measurement import Measurement, VoltageMeasurement
+from platform_daemon.features.fit.series_table import recorded_fits
 from platform_daemon.features.measurand.schema import MeasurandCalibration
 from platform_daemon.uncertainty.budget import Budget
 
@@ -27,6 +32,18 @@ from .details import CertificateDetails, Contact
 from .schema import CertificateContact, CertificateReport, TraceabilityLine
 from .sensor_part import reference_line, sensor_part
 
+MOST_CHI2_PER_DOF = 2.0
+"""Of the median shot: beyond, more than half of what the fit leaves over is no noise."""
+_UNITS = {
+    "temperature": "K",
+    "static field": "T",
+    "position": "m",
+    "mounting pose": "rad",
+    "phase": "rad",
+    "orthogonality": "rad",
+    "drift since": "1/a",
+}
+"""Of inputs, by how their names begin; all others are relative."""
 STATED = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
 """Parameters that a certificate states, as far as the model has them."""
 
@@ -46,7 +63,8 @@ def certificate_of(
 
     declared: before what the recording declares.  sensor: its calibration as a sensor, None: it is certified as none.
     Raises InputError for a recording or a calibration of another specimen, a recording without receive calibration, and
-    where an influence that nobody has declared dominates, or one whose effect is not known.
+    where an influence that nobody has declared dominates, or one whose effect is not known, as of a model that does not
+    describe the shots, and where a certificate of an input has expired.
     """
     where = str(measurement.path)
     recording = measurement.recording if isinstance(measurement, VoltageMeasurement) else None
@@ -54,13 +72,14 @@ def certificate_of(
         remedy = "give a calibrated recording of this software"
         raise InputError("nothing can be certified by this file", where=where, remedy=remedy)
     own = declared_specimen(recording)
-    if own is None or own.name != specimen.name:
+    if own is None or same_name(own.name) != same_name(specimen.name):
         what = f"it is of {own.name!r}, not of {specimen.name!r}" if own is not None else "it names no resonator"
         raise InputError(what, where=where, remedy="give a recording of the specimen")
     part = None if sensor is None else sensor_part(sensor, specimen.name, coverage)
     found = series_budgets(measurement, ask, declared=declared, coverage=coverage)
     stated = [each for each in found.budgets if each.quantity in STATED]
     refuse_dominated(stated, where)
+    refuse_misfit(recorded_fits(measurement, ask) or fit_measurement(measurement, ask).frames, where)
     results = tuple(map(budget_report, stated))
     said = declared_in(recording).under(declared)
     stamps = [info.time_stamp for info in recording.frame_info if info.time_stamp]
@@ -92,7 +111,7 @@ def certificate_of(
         results=results,
         sensor=part,
         cone_rad=found.cone_rad,
-        valid_until=_valid_until(said),
+        valid_until=_valid_until(said, sensor, issued, where),
         not_contained=_not_contained(stated),
         files=(*file_digests([measurement.path]), *(() if sensor is None else sensor.files)),
     )
@@ -117,22 +136,49 @@ def refuse_dominated(results: Sequence[Budget], where: str) -> None:
         )
 
 
+def refuse_misfit(fits: Sequence[FrameFit], where: str) -> None:
+    """Raises InputError for a model that leaves more than noise: what its error adds to the values, nobody knows."""
+    left = median(fit.chi2_per_dof or 0.0 for fit in fits if fit.good)
+    if left > MOST_CHI2_PER_DOF:
+        raise InputError(
+            "no certificate: the model does not describe the shots",
+            where=where,
+            why=f"χ²/dof is {left:.3g} in the middle of them, and what an error of the model adds is not known",
+            remedy="`platform-daemon diagnose FILE` names what it lacks; certify a resonator that it describes",
+        )
+
+
 def _contact(contact: Contact) -> CertificateContact:
     return CertificateContact(name=contact.name, city=contact.city, country=contact.country)
 
 
 def _traceability(results: Sequence[BudgetReport]) -> tuple[TraceabilityLine, ...]:
-    lines = {line.name: line for each in results for line in each.inputs if line.type == "B"}
-    return tuple(TraceabilityLine(name=name, u=line.u, source=line.source) for name, line in lines.items())
+    found: dict[str, TraceabilityLine] = {}
+    for each in results:
+        for line in (line for line in each.inputs if line.type == "B"):
+            name, unit = line.name, next((u for begin, u in _UNITS.items() if line.name.startswith(begin)), "1")
+            if name == "model":  # of each quantity another one
+                name, unit = f"model, of {each.quantity}", definition_of(each.quantity).unit
+            found[name] = TraceabilityLine(name=name, u=line.u, unit=unit, source=line.source)
+    return tuple(found.values())
 
 
-def _valid_until(said: DeclaredUncertainty) -> str | None:
+def _valid_until(
+    said: DeclaredUncertainty, sensor: MeasurandCalibration | None, issued: date, where: str
+) -> str | None:
+    """The first day on which a certificate of an input expires.  Raises InputError if that is over."""
     papers = [
         each.certificate.valid_until
         for name in type(said).model_fields
         if isinstance(each := getattr(said, name), Influence) and each.certificate is not None
     ]
+    if sensor is not None and sensor.reference is not None and sensor.reference.valid_until is not None:
+        papers.append(date.fromisoformat(sensor.reference.valid_until))
     known = [day for day in papers if day is not None]
+    if known and min(known) < issued:
+        what, why = "no certificate: it would not be valid any more", f"an input's certificate expired on {min(known)}"
+        remedy = "have the instrument calibrated again, declare its new certificate, and record again"
+        raise InputError(what, where=where, why=why, remedy=remedy)
     return min(known).isoformat() if known else None
 
 

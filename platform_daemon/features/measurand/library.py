@@ -11,9 +11,12 @@ from drivers.text_files import read_text_file
 from drivers.validation import validated
 from platform_daemon.core.recordings.index import Broken
 from platform_daemon.core.schemas.base import to_json
+from platform_daemon.core.schemas.text import same_name
 from platform_daemon.core.state.versioned import Version, VersionedFolder
 
 from .schema import MeasurandCalibration
+
+_ELSEWHERE = "; calibrations of another folder are named by --measurands"
 
 
 class UnknownMeasurand(InputError):
@@ -27,7 +30,7 @@ class Measurands:
     """The calibrations in a folder; it need not exist before the first is added."""
 
     def __init__(self, folder: Path) -> None:
-        self._files = VersionedFolder(folder, r"\.json")
+        self._folder, self._files = folder, VersionedFolder(folder, r"\.json")
 
     def add(self, made: MeasurandCalibration) -> MeasurandCalibration:
         """Keep a calibration as the next version of its specimen's.
@@ -49,7 +52,7 @@ class Measurands:
         for number in itertools.count(1):
             key = wanted if number == 1 else f"{wanted}-{number}"
             versions = self._files.versions(key)
-            if not versions or _read(versions[-1]).specimen == specimen:
+            if not versions or same_name(_read(versions[-1]).specimen) == same_name(specimen):
                 return key
         raise AssertionError("counting ends")
 
@@ -60,16 +63,17 @@ class Measurands:
         wanted = [v for v in versions if not at or str(v.number) == number]
         if not wanted:
             known = ", ".join(v.path.stem for v in self._files.versions()) or "none yet"
-            why, remedy = f"there are: {known}", "`platform-daemon measurand calibrate` makes one"
-            raise UnknownMeasurand(f"no calibration {text!r}", where="measurands", why=why, remedy=remedy)
+            why, remedy = f"there are: {known}", f"`platform-daemon measurand calibrate` makes one{_ELSEWHERE}"
+            raise UnknownMeasurand(f"no calibration {text!r}", where=str(self._folder), why=why, remedy=remedy)
         return _read(wanted[-1])
 
     def of_specimen(self, specimen: str) -> MeasurandCalibration:
         """The newest calibration of a specimen, by its name.  Raises UnknownMeasurand."""
-        found = [each for each in self.all()[0] if each.specimen == specimen]
+        found = [each for each in self.all()[0] if same_name(each.specimen) == same_name(specimen)]
         if not found:
-            remedy = "`platform-daemon measurand calibrate` makes one, or name another specimen's"
-            raise UnknownMeasurand(f"{specimen!r} is not calibrated as a sensor", where="measurands", remedy=remedy)
+            remedy = f"`platform-daemon measurand calibrate` makes one, or name another specimen's{_ELSEWHERE}"
+            what = f"{specimen!r} is not calibrated as a sensor"
+            raise UnknownMeasurand(what, where=str(self._folder), remedy=remedy)
         return max(found, key=lambda each: (each.ended, each.version))
 
     def all(self) -> tuple[list[MeasurandCalibration], list[Broken]]:
@@ -84,10 +88,14 @@ class Measurands:
 
 
 def _read(version: Version) -> MeasurandCalibration:
+    from .consistency import contradiction  # numpy, which a daemon without sensors does not need
+
     try:
         found = validated(MeasurandCalibration, json.loads(read_text_file(version.path)), version.path.name)
         if (found.key, found.version) != (version.name, version.number):
             raise ValueError(f"it holds {found.label}")
+        if why := contradiction(found):
+            raise ValueError(why)
     except (OSError, ValueError, RecursionError, InputError) as error:
         why = error.what if isinstance(error, InputError) else str(error)
         remedy = "restore the file from a copy, or calibrate again"

@@ -14,6 +14,7 @@ from platform_daemon.core.hardware.catalogue import Catalogue
 from platform_daemon.core.jobs.events import EventSink
 from platform_daemon.core.schemas.acquisitions import ShotPage, ShotReading, ShotReport
 from platform_daemon.core.schemas.events import AnyEvent, FitEvent, MeasurandEvent
+from platform_daemon.core.schemas.text import same_name
 
 from .library import Measurands
 from .schema import MeasurandCalibration
@@ -35,9 +36,9 @@ class NewestCalibrations:
             return None
         if changed_ns != self._seen_ns:
             ordered = sorted(Measurands(self._folder).all()[0], key=lambda each: (each.ended, each.version))
-            self._newest = {each.specimen: each for each in ordered}
+            self._newest = {same_name(each.specimen): each for each in ordered}
             self._seen_ns = changed_ns
-        return self._newest.get(specimen)
+        return self._newest.get(same_name(specimen))
 
 
 @lru_cache(maxsize=4)
@@ -114,7 +115,11 @@ class OnlineReadings:
     def _limits(self, specimen: str) -> Measurand | None:
         """What declares limits of its readings: of resonators with that name the newest that declares any."""
         newest = [each for key, each in self._catalogue.resonators.all().items() if "@" not in key]
-        known = [each.measurand for each in newest if isinstance(each, Specimen) and each.name == specimen]
+        known = [
+            each.measurand
+            for each in newest
+            if isinstance(each, Specimen) and same_name(each.name) == same_name(specimen)
+        ]
         limited = [each for each in known if each is not None and (each.lowest, each.highest) != (None, None)]
         return limited[-1] if limited else None
 

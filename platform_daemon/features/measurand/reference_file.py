@@ -18,6 +18,7 @@ from drivers.text_files import read_text_file
 
 Array = NDArray[np.float64]
 _HEADING = re.compile(r"(?P<name>[^\[]*?)\s*\[(?P<unit>[^\]]*)\]\s*")
+_SEPARATORS = {";": "semicolons", "\t": "tabs"}
 _GAP = 5.0  # times the median distance of readings: between readings further apart nothing is interpolated
 
 
@@ -86,7 +87,7 @@ def reference_from(text: str, where: str, measurand: Measurand) -> Reference:
     anything that is no number.  where: as messages name it.
     """
     try:
-        rows = list(csv.reader(text.splitlines()))
+        rows = list(csv.reader(text.removeprefix("\ufeff").splitlines()))
     except csv.Error as error:
         raise _unreadable(where, error) from None
     if sum(map(bool, rows)) < 3:
@@ -112,12 +113,14 @@ def _check_heading(place: str, heading: list[str], measurand: Measurand) -> bool
     wanted = f"time,{measurand.name} [{measurand.unit}],u [{measurand.unit}]"
     where, remedy = f"{place}, line 1", f"write the heading {wanted!r}; u may be missing"
     if len(heading) not in (2, 3) or heading[0].strip() != "time":
-        raise InputError("the heading is not that of a reference", where=where, remedy=remedy)
+        other = next((name for sign, name in _SEPARATORS.items() if sign in ",".join(heading)), None)
+        why = "" if other is None else f"it has {other}: columns are separated by commas, numbers have points"
+        raise InputError("the heading is not that of a reference", where=where, why=why, remedy=remedy)
     for column, name in zip(heading[1:], (measurand.name, "u"), strict=False):
         found = _HEADING.fullmatch(column)
         if found is None:
             raise InputError(f"the column {column!r} names no unit", where=where, remedy=remedy)
-        if found["unit"] != measurand.unit:
+        if unit_of(found["unit"]) != unit_of(measurand.unit):
             what = f"the reference is in {found['unit']}, the measurand in {measurand.unit}"
             raise InputError(what, where=where, remedy="convert the readings, or declare the measurand in that unit")
         if found["name"].strip() != name:
@@ -125,13 +128,26 @@ def _check_heading(place: str, heading: list[str], measurand: Measurand) -> bool
     return len(heading) == 3
 
 
+def unit_of(text: str) -> str:
+    """A unit as it is compared: without blanks around it, degrees in letters."""
+    return text.strip().replace("°", "deg")
+
+
+def _number(cell: str) -> float:
+    """Raises ValueError; 0_02 is 2 to Python, and to nobody else."""
+    if "_" in cell:
+        raise ValueError(f"could not convert string to float: {cell!r}")
+    return float(cell)
+
+
 def _line(place: str, number: int, row: list[str], with_u: bool) -> tuple[float, float, float]:
     where = f"{place}, line {number}"
     if len(row) != 2 + with_u:
-        raise InputError(f"{len(row)} cells", where=where, remedy=f"give {2 + with_u}, as the heading has them")
+        remedy = f"give {2 + with_u}, as the heading has them, and numbers with a point"
+        raise InputError(f"{len(row)} cells", where=where, remedy=remedy)
     try:
         at = datetime.fromisoformat(row[0].strip())
-        numbers = [float(cell) for cell in row[1:]]
+        numbers = [_number(cell) for cell in row[1:]]
     except ValueError as error:
         remedy = "times in ISO 8601, as 2026-01-01T12:00:00+00:00, numbers with a point"
         raise InputError("not a time and numbers", where=where, why=str(error), remedy=remedy) from None

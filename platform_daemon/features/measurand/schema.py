@@ -43,6 +43,12 @@ class ReferenceU(Schema):
     """Standard uncertainty, in the unit of the measurand."""
     distribution: Literal["normal", "rectangular", "triangular", "arcsine"]
     """Of what it may be."""
+    type: Literal["A", "B"] = "B"
+    """A: evaluated from repeated observations; B: from anything else."""
+    dof: float | None = None
+    """Degrees of freedom of u; null: infinitely many."""
+    valid_until: str | None = None
+    """Last day of its certificate, ISO 8601; null: there is none, or it says none."""
     source: str
     """Where it is known from."""
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drivers.entry_points import MEASURAND_MODELS, load
-from drivers.errors import InputError
+from drivers.errors import ConfigError, InputError
 from platform_daemon.uncertainty.budget import Budget
-from platform_daemon.uncertainty.calibration_curve import CalibratedCurve
+from platform_daemon.uncertainty.calibration_curve import CalibratedCurve, one_branch
 from platform_daemon.uncertainty.curves import Curve, Dipole, Polynomial
 from platform_daemon.uncertainty.inputs import InputQuantity
 
@@ -26,11 +26,19 @@ if TYPE_CHECKING:
 SECONDS_PER_DAY = 86400.0
 
 
+class OutsideCalibration(InputError):
+    """A frequency or a temperature that the calibration does not hold for."""
+
+
 def named_curve(model: str) -> Curve:
     """The dipole law, or what an entry point makes.  Raises ConfigError for a name that is not installed."""
     if model == "dipole":
         return Dipole()
-    made: Curve = load(MEASURAND_MODELS, model, "model of a measurand")()
+    try:
+        made: Curve = load(MEASURAND_MODELS, model, "model of a measurand")()
+    except ConfigError as error:
+        where, why = error.where or "[measurand] model", f"there are polynomial and dipole; {error.why}"
+        raise ConfigError(error.what, where=where, why=why, remedy=error.remedy) from None
     return made
 
 
@@ -78,30 +86,27 @@ class Sensor:
 
         celsius: temperature, degrees Celsius; at_s: when, s since 1970, None: not known, so that no drift counts.
         A temperature outside of those of the calibration by less than a tenth of their range counts as extrapolated.
-        Raises InputError for one outside of the range by more than U unless `extrapolate`, and for a temperature that
-        is missing or further outside.
+        Raises OutsideCalibration for one outside of the range by more than U unless `extrapolate`, and for a
+        temperature that is further outside, InputError for one that is missing.
         """
         made = self.calibration
         second, warmer = None, False
         if made.temperature_c is not None:
             second, warmer = self._temperature(celsius, extrapolate)
         low, high = made.valid_from, made.valid_to
-        width = high - low
-        places = (
-            ((low, high), (low - width, high + width)) if not extrapolate else ((low - 3 * width, high + 3 * width),)
-        )
-        for k, within in enumerate(places):
+        try:
+            told = self._budget(f_hz, second, at_s, shots, coverage, (low, high))
+        except InputError:
+            far = (3.0 if extrapolate else 1.0) * (high - low)
+            within = one_branch(self.curve, (low - far, high + far))
             try:
                 told = self._budget(f_hz, second, at_s, shots, coverage, within)
             except InputError:
-                if k + 1 == len(places):
-                    raise self._outside(f_hz) from None
-                continue
-            outside = not low <= told.value <= high
-            if outside and not extrapolate and not low - told.expanded <= told.value <= high + told.expanded:
-                raise self._outside(f_hz)
-            return told, outside or warmer
-        raise self._outside(f_hz)
+                raise self._beyond(f_hz, within) if extrapolate else self._outside(f_hz) from None
+        outside = not low <= told.value <= high
+        if outside and not extrapolate and not low - told.expanded <= told.value <= high + told.expanded:
+            raise self._outside(f_hz)
+        return told, outside or warmer
 
     def place(self, f_hz: float, celsius: float | None) -> float:
         """The measurand for a natural frequency, Hz, without its uncertainty, up to a width of the range outside of it.
@@ -111,7 +116,8 @@ class Sensor:
         made = self.calibration
         second = None if made.temperature_c is None else self._temperature(celsius, extrapolate=True)[0]
         width = made.valid_to - made.valid_from
-        return self.curve.inverse(f_hz, second, within=(made.valid_from - width, made.valid_to + width))
+        within = one_branch(self.curve, (made.valid_from - width, made.valid_to + width))
+        return self.curve.inverse(f_hz, second, within=within)
 
     def _budget(
         self,
@@ -125,11 +131,11 @@ class Sensor:
         made, curve = self.calibration, self.curve
         slope = abs(float(curve.slope(np.array([curve.inverse(f_hz, second, within=within)]))[0]))
         common = []
-        if made.reference is not None:
+        if (known := made.reference) is not None:
             common.append(
                 InputQuantity(
-                    name="reference", value=0.0, u=made.reference.u, distribution=made.reference.distribution,
-                    source=made.reference.source,
+                    name="reference", value=0.0, u=known.u, distribution=known.distribution, kind=known.type,
+                    dof=math.inf if known.dof is None else known.dof, source=known.source,
                 )
             )  # fmt: skip
         if made.hysteresis_hz.significant:
@@ -161,23 +167,34 @@ class Sensor:
         if not extrapolate and not low - wide <= celsius <= high + wide:
             what = f"{celsius:.2f} °C is outside of the temperatures of the calibration, {low:.2f} to {high:.2f} °C"
             remedy = "calibrate over a wider range, or ask for an extrapolation (--extrapolate)"
-            raise InputError(what, where=made.label, remedy=remedy)
+            raise OutsideCalibration(what, where=made.label, remedy=remedy)
         return celsius, not low <= celsius <= high
 
-    def _outside(self, f_hz: float) -> InputError:
+    def _outside(self, f_hz: float) -> OutsideCalibration:
         made = self.calibration
         what = f"{f_hz:.9g} Hz is outside of the calibration, {made.valid_from:g} to {made.valid_to:g} {made.unit}"
         remedy = "calibrate over a wider range, or ask for an extrapolation (--extrapolate) and judge it"
-        return InputError(what, where=made.label, remedy=remedy)
+        return OutsideCalibration(what, where=made.label, remedy=remedy)
+
+    def _beyond(self, f_hz: float, within: tuple[float, float]) -> OutsideCalibration:
+        made, (low, high) = self.calibration, within
+        width = made.valid_to - made.valid_from
+        why = "that is three times its range on either side"
+        if low > made.valid_from - 2.9 * width or high < made.valid_to + 2.9 * width:
+            why = "the curve turns there, and the inverse is ambiguous beyond"
+        what = f"{f_hz:.9g} Hz is beyond what the calibration is extrapolated to, {low:g} to {high:g} {made.unit}"
+        return OutsideCalibration(what, where=made.label, why=why, remedy="calibrate over a wider range")
 
 
 def report_of(
     file: str, shots: Shots, made: MeasurandCalibration, *, coverage: float = 0.95, extrapolate: bool = False
 ) -> MeasurandReport:
-    """Every shot as a reading, and the mean of all.  Shots outside of the range are listed with the reason."""
+    """Every shot as a reading, and the mean of all.  Shots outside of the range are listed with the reason, and with
+    one of them there is no mean."""
     sensor = Sensor.by(made)
     told: list[MeasurandReading] = []
     refused = list(shots.refused)
+    beyond = 0
     for k, frame in enumerate(shots.frames):
         celsius = _known(float(shots.celsius[k]))
         at = float(shots.times_s[k])
@@ -185,10 +202,11 @@ def report_of(
             found, outside = sensor.read(float(shots.f_hz[k]), celsius, at, coverage=coverage, extrapolate=extrapolate)
         except InputError as error:
             refused.append(UnreadShot(frame=frame, reason=str(error)))
+            beyond += isinstance(error, OutsideCalibration)
             continue
         told.append(_reading(found, (frame,), at, float(shots.f_hz[k]), celsius, outside))
     missing = [] if made.reference is not None else ["what the readings of the reference have in common"]
-    mean, why = _mean(sensor, told, coverage, extrapolate)
+    mean, why = _mean(sensor, told, beyond, coverage, extrapolate)
     return MeasurandReport(
         file=file,
         calibration=made.label,
@@ -203,11 +221,14 @@ def report_of(
 
 
 def _mean(
-    sensor: Sensor, told: Sequence[MeasurandReading], coverage: float, extrapolate: bool
+    sensor: Sensor, told: Sequence[MeasurandReading], beyond: int, coverage: float, extrapolate: bool
 ) -> tuple[MeasurandReading | None, str | None]:
-    """Of all shots together, or why there is none."""
+    """Of all shots together, or why there is none; beyond: shots that the calibration does not hold for."""
     if len(told) < 2:
         return None, f"{len(told)} of the shots have a reading, and a mean needs two"
+    if beyond:
+        what = f"{beyond} of the shots lie outside of the calibration"
+        return None, f"{what}, and the mean of the others would be drawn into its range"
     f = fmean(each.f_nat_hz for each in told)
     celsius = [each.temperature_c for each in told if each.temperature_c is not None]
     at = _seconds(told[0].at)

@@ -9,7 +9,7 @@ from datetime import datetime
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.errors import InputError
+from drivers.errors import RecordingError
 from platform_daemon.features.fit.fit import fit_measurement
 from platform_daemon.features.fit.fit_request import FitRequest
 from platform_daemon.features.fit.measurement import Measurement, VoltageMeasurement
@@ -38,7 +38,7 @@ class Shots:
 
 
 def shots_of(measurement: Measurement, ask: FitRequest) -> Shots:
-    """The natural frequencies of a recording.  Raises InputError for one without times of its shots."""
+    """The natural frequencies of a recording.  Raises RecordingError for one without times of its shots."""
     fits = recorded_fits(measurement, ask) or fit_measurement(measurement, ask).frames
     rows, refused = [], []
     for fit in fits:
@@ -60,12 +60,15 @@ def shots_of(measurement: Measurement, ask: FitRequest) -> Shots:
 
 
 def time_of(measurement: Measurement, frame: int) -> float:
-    """When a shot was made, s since 1970.  Raises InputError for a file that does not say."""
+    """When a shot was made, s since 1970.  Raises RecordingError for a file that does not say."""
     stamp = measurement.recording.frame_info[frame].time_stamp if isinstance(measurement, VoltageMeasurement) else None
+    where, remedy = str(measurement.path), "use recordings of this software, or another format that keeps them"
     if not stamp:
-        remedy = "use recordings of this software, or another format that keeps them"
-        raise InputError("its shots have no times", where=str(measurement.path), remedy=remedy)
-    return datetime.fromisoformat(stamp).timestamp()
+        raise RecordingError("its shots have no times", where=where, remedy=remedy)
+    try:
+        return datetime.fromisoformat(stamp).timestamp()
+    except ValueError:
+        raise RecordingError(f"{stamp!r} is no time of a shot", where=where, remedy=remedy) from None
 
 
 def joined(parts: Sequence[Shots]) -> Shots:

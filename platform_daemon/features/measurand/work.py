@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from statistics import fmean
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers.errors import InputError
 from drivers.specimen import Measurand, Specimen
@@ -27,11 +29,14 @@ from platform_daemon.uncertainty.calibration_curve import (
 )
 from platform_daemon.uncertainty.curves import Curve, Polynomial
 
+from .plausible import refuse_other_unit, refuse_other_zone, refuse_vague
 from .reference_file import Reference
 from .schema import CrossValidationReport, MeasurandCalibration, ReferenceU, ResidualTest
 from .sensor import SECONDS_PER_DAY, named_curve, stamp
 from .shots import Shots
 
+COVERED = 0.8
+"""Of the readings of a cross-validation that U of 95 % covers at least: of 15 the chance of fewer is 0.5 %."""
 SIGNIFICANT = 0.01
 """Chance below which hysteresis, drift and an uncorrected temperature are lines of the budgets: of a hundred
 calibrations without them one gets such a line."""
@@ -61,37 +66,22 @@ def calibrated(
     """The calibration of a specimen by readings of a reference.
 
     Raises InputError for too few pairs, a temperature that is to be corrected for and was not measured, a lag longer
-    than declared, a certificate of the reference that was not valid then, and a curve that turns within its range, so
-    that two values have the same frequency.
+    than declared, a certificate of the reference that was not valid then, readings that are of another unit or zone by
+    what they show, and a curve that turns within its range, so that two values have the same frequency.
     """
     longest = measurand.longest_lag_s
     usable = reference.covered(shots.times_s) & reference.covered(shots.times_s + longest)
-    warm = measurand.corrected_for == "temperature"
-    if warm and not np.isfinite(shots.celsius[usable]).all():
-        remedy = "record with a thermometer, or leave corrected_for out"
-        raise InputError("the temperature was not measured", where=name, remedy=remedy)
     if not usable.any():
         raise _no_pair(name, shots, reference)
-    times, f, std = shots.times_s[usable], shots.f_hz[usable], shots.std_hz[usable]
-
-    def points_at(lag_s: float) -> Points:
-        x, u_x = reference.at(times, lag_s)
-        return Points(x, u_x, f, std, shots.celsius[usable] if warm else None)
-
-    curve = _curve(measurand, points_at(0.0))
-    lag = lag_std = None
-    if longest > 0.0:
-        found, points, lag, lag_std = with_lag(curve, points_at, longest)
-    else:
-        points = points_at(0.0)
-        found = fit_curve(curve, points)
-    _refuse_turning(found, name, measurand)
+    curve, found, points, lag, lag_std = _fitted(name, measurand, shots, reference, usable)
+    warm = measurand.corrected_for == "temperature"
+    times, celsius = shots.times_s[usable], shots.celsius[usable]
     rising = np.sign(np.gradient(reference.at(times, lag or 0.0)[0], times))
     days = (times - times.mean()) / SECONDS_PER_DAY
-    celsius = shots.celsius[usable]
     measured = bool(np.isfinite(celsius).all())
     changed = not warm and measured and float(np.ptp(celsius)) > 0.0
     by_temperature = _test(trend_in(found, points, celsius - celsius.mean())) if changed else None
+    checked = _cross_validation(curve, points)
     middle = np.array([fmean(found.x_range)])
     polynomial = curve if isinstance(curve, Polynomial) else None
     return MeasurandCalibration(
@@ -119,7 +109,7 @@ def calibrated(
         hysteresis_hz=_test(trend_in(found, points, rising)),
         drift_hz_per_day=_test(trend_in(found, points, days)),
         by_temperature_hz_per_k=by_temperature,
-        cross_validation=_cross_validation(curve, points),
+        cross_validation=checked,
         reference=_reference_u(measurand, float(times[-1])),
         resolution=found.scatter / abs(float(found.slope(middle)[0])),
         pairs=int(usable.sum()),
@@ -128,8 +118,38 @@ def calibrated(
         ended=stamp(times[-1]),
         software_version=__version__,
         files=file_digests(files),
-        notes=_notes(measurand, by_temperature),
+        notes=_notes(measurand, by_temperature, checked),
     )
+
+
+def _fitted(
+    name: str, measurand: Measurand, shots: Shots, reference: Reference, usable: NDArray[np.bool_]
+) -> tuple[Curve, CalibratedCurve, Points, float | None, float | None]:
+    """The form, what is fitted, its pairs, the lag and its standard deviation.  Raises InputError."""
+    warm = measurand.corrected_for == "temperature"
+    if warm and not np.isfinite(shots.celsius[usable]).all():
+        remedy = "record with a thermometer, or leave corrected_for out"
+        raise InputError("the temperature was not measured", where=name, remedy=remedy)
+    places = np.flatnonzero(usable)
+
+    def pairs(by: Reference, at: NDArray[np.intp], lag_s: float = 0.0) -> Points:
+        x, u_x = by.at(shots.times_s[at], lag_s)
+        return Points(x, u_x, shots.f_hz[at], shots.std_hz[at], shots.celsius[at] if warm else None)
+
+    first = pairs(reference, places)
+    refuse_vague(measurand, first, name)
+    refuse_other_unit(measurand, first.x, shots.celsius[places], name)
+    curve = _curve(measurand, first)
+    lag = lag_std = None
+    if measurand.longest_lag_s > 0.0:
+        by_lag = partial(pairs, reference, places)
+        found, points, lag, lag_std = with_lag(curve, by_lag, measurand.longest_lag_s)
+    else:
+        found, points = fit_curve(curve, first), first
+    timed = np.where(np.isfinite(shots.celsius), shots.times_s, np.nan) if warm else shots.times_s
+    refuse_other_zone(curve, found, points, timed, reference, pairs, name)
+    _refuse_turning(found, name, measurand)
+    return curve, found, points, lag, lag_std
 
 
 def _cross_validation(curve: Curve, points: Points) -> CrossValidationReport:
@@ -152,12 +172,19 @@ def _refuse_turning(found: CalibratedCurve, name: str, measurand: Measurand) -> 
         raise InputError(what, where=f"{name}, {measurand.name}", why=f"f turns at {at}", remedy=remedy)
 
 
-def _notes(measurand: Measurand, by_temperature: ResidualTest | None) -> tuple[str, ...]:
+def _notes(
+    measurand: Measurand, by_temperature: ResidualTest | None, checked: CrossValidationReport
+) -> tuple[str, ...]:
     notes = []
     if measurand.reference is None:
         notes.append("what the readings of the reference have in common is not declared: U does not contain it")
     if by_temperature is not None and by_temperature.significant:
         notes.append("f changes with the temperature, which the measurand is not corrected for: see corrected_for")
+    if checked.covered < COVERED:
+        notes.append(
+            f"U covers {checked.covered:.0%} of readings that the calibration was not made of, and should cover 95 %: "
+            "record more, or choose a model with fewer parameters"
+        )
     return tuple(notes)
 
 
@@ -173,7 +200,10 @@ def _reference_u(measurand: Measurand, last_s: float) -> ReferenceU | None:
     if (known := measurand.reference) is None:
         return None
     source = certified_source(known, "[measurand] reference", datetime.fromtimestamp(last_s, UTC).date())
-    return ReferenceU(u=known.standard_uncertainty, distribution=known.distribution, source=source)
+    u, distribution = known.standard_uncertainty, known.distribution
+    day = known.certificate.valid_until if known.certificate is not None else None
+    until = None if day is None else day.isoformat()
+    return ReferenceU(u=u, distribution=distribution, type=known.kind, dof=known.dof, valid_until=until, source=source)
 
 
 def _test(found: Trend) -> ResidualTest:

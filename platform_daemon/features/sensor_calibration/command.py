@@ -10,7 +10,7 @@ import typer
 from drivers.errors import InputError
 from platform_daemon.core.command_line.options import ForceOption, JsonOption
 from platform_daemon.core.command_line.output import must_not_exist, say_note, write_json
-from platform_daemon.features.measurand.command import measurand_app
+from platform_daemon.features.measurand.command import DEFAULT_FOLDER, measurand_app
 
 if TYPE_CHECKING:
     from .series import Series
@@ -71,9 +71,12 @@ def calibrate(
     given = _given(files, schedule, since, until, data)
     compile_fit()
     made = calibration_by(found, given, readings, say_note)
-    kept = Measurands(measurands or folders.measurands).add(made)
+    folder = measurands or folders.measurands
+    kept = Measurands(folder).add(made)
     write_json(json_file, kept)
     print(calibration_text(kept))
+    elsewhere = "" if folder == DEFAULT_FOLDER else f"; `measurand read` finds it with --measurands {folder}"
+    print(f"kept: {folder / kept.label}.json{elsewhere}")
 
 
 def _given(

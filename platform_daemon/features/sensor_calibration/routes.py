@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+from contextlib import suppress
 from pathlib import Path
 
 from fastapi import APIRouter, Response
 
+from drivers.errors import RecordingError
 from platform_daemon.core.jobs.workers.task_executor import Call
 from platform_daemon.core.recordings.index import resolve
 from platform_daemon.core.schemas.fits import FileDigest
@@ -55,11 +57,13 @@ def calibrate_measurand(body: MeasurandRequest, response: Response, context: Sha
 
 def _given(body: MeasurandRequest, context: Context) -> Series | tuple[Path, ...]:
     folder = context.folders.recordings
-    given: Series | tuple[Path, ...]
     if body.schedule is not None:
-        given = series_of(schedules(context), body.schedule, folder, body.since, body.until)
-    else:
-        given = tuple(resolve(folder, each) for each in body.recordings or ())
-    for path in given.files if isinstance(given, Series) else given:
+        series = series_of(schedules(context), body.schedule, folder, body.since, body.until)
+        for path in series.files:
+            with suppress(RecordingError):  # what cannot be read is left out, and the calibration tells it
+                check_file(path)
+        return series
+    given = tuple(resolve(folder, each) for each in body.recordings or ())
+    for path in given:
         check_file(path)
     return given

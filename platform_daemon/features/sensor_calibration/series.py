@@ -46,7 +46,9 @@ def series_of(
         span = "" if since is None and until is None else f" between {since or 'its begin'} and {until or 'now'}"
         remedy = "`platform-daemon schedule ledger` shows what became of its starts; only series have recordings"
         raise InputError(f"the schedule has recorded nothing{span}", where=given, remedy=remedy)
-    there = {path.stem: path for path in recording_files(recordings)}
+    there: dict[str, Path] = {}
+    for path in recording_files(recordings):  # as everywhere, the first of those that share an id has it
+        there.setdefault(path.stem, path)
     names = dict.fromkeys(row.recording for row in rows if row.recording is not None)
     files = tuple(there[name] for name in names if name in there)
     if not files:

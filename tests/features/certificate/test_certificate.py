@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+from datetime import date, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,15 @@ import pytest
 from lxml import etree
 
 import platform_daemon as pd_
+from drivers.uncertainty import DeclaredUncertainty
+from platform_daemon.core.schemas.fits import unfitted
 from platform_daemon.core.settings import load_specimen
 from platform_daemon.features.certificate.dcc import dcc_xml
 from platform_daemon.features.certificate.schema import CertificateReport
-from platform_daemon.features.certificate.work import refuse_dominated
+from platform_daemon.features.certificate.words import result_row, result_rows
+from platform_daemon.features.certificate.work import certificate_of, read_details, refuse_dominated, refuse_misfit
+from platform_daemon.features.fit.fit_request import FitSettings
+from platform_daemon.features.fit.measurement import open_shots_for_fit
 from platform_daemon.features.measurand.library import Measurands
 from platform_daemon.features.measurand.work import calibrated
 from platform_daemon.uncertainty.budget import Budget, NotDeclared
@@ -45,9 +51,8 @@ def schema():
 
 
 @pytest.fixture(scope="module")
-def issued(measured):
-    folder = measured / "certificate"
-    folder.mkdir()
+def issued(measured, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("certificate")
     (folder / "details.toml").write_text(DETAILS)
     done = here("certificate", "jewel", measured / "j.h5", "--details", folder / "details.toml", "--out", folder / "c")
     assert done.returncode == 0, done.stderr
@@ -145,6 +150,22 @@ def test_what_no_sensor_is_certified_by(sensor, key, said):
     assert_one_line_error(certificate(key.format(key=made.key), "refused"), 2, said)
 
 
+def test_it_is_rounded_to_two_digits_of_u_and_has_units_and_words(issued):
+    report = CertificateReport.model_validate_json((issued / "c.json").read_text())
+    friction = report.results[3].model_copy(update={"value": 1379.4, "U": 191.3})
+    assert result_row(friction)[1:3] == ("1380 rad/s^2", "190 rad/s^2")
+    assert result_row(friction.model_copy(update={"value": 213.18642, "U": 0.09951}))[1:3] == (
+        "213.19 rad/s^2",
+        "0.10 rad/s^2",
+    )
+    assert result_rows(report)[0][0] == "natural frequency of small swings, f_nat"
+    units = {line.name: line.unit for line in report.traceability}
+    assert (units["temperature"], units["sample clock"], units["position along x"]) == ("K", "1", "m")
+    page = (issued / "c.html").read_text(encoding="utf-8")
+    for said in ("magnetic moment of the rotor, m_r", "0.1 K", "1.155e-05 (relative)"):
+        assert said in page
+
+
 def test_the_pdf_says_that_it_is_pdf_a(issued):
     content = (issued / "c.pdf").read_bytes()
     assert content.startswith(b"%PDF-1.7")
@@ -176,6 +197,33 @@ def test_what_nobody_has_declared_must_not_dominate(missing, refused):
         return
     with pytest.raises(pd_.InputError, match=r"no certificate: what nobody has declared dominates.*\[uncertainty\]"):
         refuse_dominated(results, "file")
+
+
+@pytest.mark.parametrize(("chi2", "refused"), [((1.0, 1.1, 9.0), False), ((3.0, 49.0, 1.0), True)])
+def test_a_model_that_does_not_describe_the_shots_is_not_signed(chi2, refused):
+    fits = [unfitted(k, "").model_copy(update={"verdict": "good", "chi2_per_dof": each}) for k, each in enumerate(chi2)]
+    fits.append(unfitted(3, "no signal"))
+    if not refused:
+        refuse_misfit(fits, "file")
+        return
+    with pytest.raises(pd_.InputError, match=r"file: no certificate: the model does not.* 3 in .*diagnose FILE"):
+        refuse_misfit(fits, "file")
+
+
+@pytest.mark.parametrize("of_sensor", [False, True])
+def test_a_certificate_of_an_input_that_has_expired_since(sensor, issued, measured, of_sensor):
+    """It was valid when the shots were made, and a certificate is issued a day too late."""
+    measurement, ask = open_shots_for_fit(measured / "j.h5", FitSettings(None, "d30"))
+    today = date.fromisoformat(measurement.recording.provenance.start_time[:10])
+    paper = {"u": 1e-6, "certificate": {"number": "7", "date": date(2020, 1, 1), "valid_until": today}}
+    reference = sensor[0].reference.model_copy(update={"valid_until": today.isoformat()})
+    given = {"declared": None if of_sensor else DeclaredUncertainty.model_validate({"sample_clock": paper})}
+    given["sensor"] = sensor[0].model_copy(update={"reference": reference}) if of_sensor else None
+    who, own = read_details(issued / "details.toml"), load_specimen("jewel")[0]
+    report = certificate_of(own, measurement, ask, who, issued=today, **given)
+    assert report.valid_until == today.isoformat()
+    with pytest.raises(pd_.InputError, match=rf"not be valid any more.*expired on {today}.*record again"):
+        certificate_of(own, measurement, ask, who, issued=today + timedelta(days=1), **given)
 
 
 def test_what_is_refused(measured, tmp_path):

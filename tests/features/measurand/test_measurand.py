@@ -1,6 +1,7 @@
 """Resonators as sensors: calibrated against a noisy reference with lag, read blind, and what is refused."""
 
 import json
+import re
 from dataclasses import replace
 from datetime import date
 
@@ -12,8 +13,10 @@ from drivers.specimen import Measurand
 from drivers.uncertainty import Certificate, Influence
 from platform_daemon.core.settings import load_specimen
 from platform_daemon.features.measurand.library import Measurands
-from platform_daemon.features.measurand.reference_file import Reference, read_reference
+from platform_daemon.features.measurand.plausible import refuse_other_unit
+from platform_daemon.features.measurand.reference_file import Reference, read_reference, reference_from
 from platform_daemon.features.measurand.report import readings_text
+from platform_daemon.features.measurand.schema import UnreadShot
 from platform_daemon.features.measurand.sensor import Sensor, report_of
 from platform_daemon.features.measurand.shots import Shots
 from platform_daemon.features.measurand.work import calibrated, key_of
@@ -130,6 +133,45 @@ def test_extrapolation_is_refused_unless_asked_for(sensor):
         reader.read(213.0, None, None)
 
 
+def test_an_extrapolation_ends_where_the_inverse_becomes_ambiguous(sensor):
+    """f = 213 + 2 z - z^2 turns at z = 1, half a width above the range: beyond, each f has two values."""
+    of_z = {"centre": 0.0, "scale": 2.0, "valid_from": -1.0, "valid_to": 1.0, "temperature_c": None, "name": "x"}
+    turned = sensor.model_copy(
+        update={
+            **of_z, "parameters": {"p0": 213.0, "p1": 2.0, "p2": -1.0}, "scatter_hz": 1e-3,
+            "covariance": tuple(map(tuple, (1e-12 * np.eye(3)).tolist())), "reference": None,
+        }
+    )  # fmt: skip
+    reader = Sensor.by(turned)
+
+    def f_at(x):
+        return 213.0 + 2.0 * (x / 2.0) - (x / 2.0) ** 2
+
+    for x in (-6.5, -1.0, 0.3, 0.99, 1.8):
+        told, outside = reader.read(f_at(x), None, None, extrapolate=True)
+        assert (told.value, outside) == (pytest.approx(x, abs=1e-6), not -1.0 <= x <= 1.0)
+        if not outside:
+            assert reader.read(f_at(x), None, None)[0].value == told.value
+    with pytest.raises(InputError, match=r"extrapolated to, -7 to 1\.9.* turns there.*ambiguous beyond"):
+        reader.read(214.5, None, None, extrapolate=True)
+    with pytest.raises(InputError, match=r"outside of the calibration, -1 to 1 mbar"):
+        reader.read(214.5, None, None)
+
+
+def test_a_dipole_is_read_up_to_where_the_magnets_would_touch(sensor):
+    law = {"model": "dipole", "degree": 0, "parameters": {"a": 213.0 * 3.0**1.5, "x0": 1.0}}
+    touching = sensor.model_copy(
+        update={
+            **law, "valid_from": 1.0, "valid_to": 3.0, "temperature_c": None, "reference": None, "unit": "mm",
+            "covariance": ((1e-9, 0.0), (0.0, 1e-12)),
+        }
+    )  # fmt: skip
+    reader = Sensor.by(touching)
+    for x in (2.0, 0.0, -0.9, 8.0):
+        told, _ = reader.read(213.0 * (3.0 / (x + 1.0)) ** 1.5, None, None, extrapolate=True)
+        assert told.value == pytest.approx(x, abs=1e-6)
+
+
 def test_a_temperature_beside_those_of_the_calibration_is_told(sensor):
     reader = Sensor.by(sensor)
     middle, wide = sensor.temperature_to_c, sensor.temperature_to_c - sensor.temperature_from_c
@@ -146,6 +188,19 @@ def test_why_there_is_no_mean(sensor):
     assert report.mean_reason == "1 of the shots have a reading, and a mean needs two"
     assert f"no mean: {report.mean_reason}" in readings_text(report)
     assert report_of("two", shots, sensor).mean_reason is None
+
+
+def test_a_mean_is_not_drawn_into_the_range_of_the_calibration(sensor):
+    """Three shots within it and one far above: the mean of the three would say that nothing was high."""
+    shots, _ = PressureSensor(3).shots(START_S, 4, 900.0)
+    high = replace(shots, f_hz=np.array([*shots.f_hz[:3], PressureSensor(0).f_hz(sensor.valid_to + 40.0, 22.0)]))
+    report = report_of("four", high, sensor)
+    assert (report.mean, len(report.shots), len(report.refused)) == (None, 3, 1)
+    assert report.mean_reason.startswith("1 of the shots lie outside of the calibration, and the mean of the others")
+    asked = report_of("four", high, sensor, extrapolate=True)
+    assert (len(asked.mean.frames), asked.mean_reason) == (4, None)
+    unfitted = replace(shots, refused=(UnreadShot(frame=9, reason="no signal"),))
+    assert report_of("five", unfitted, sensor).mean is not None
 
 
 def test_specimens_whose_names_differ_in_signs_have_keys_of_their_own(sensor, tmp_path):
@@ -203,6 +258,16 @@ GOOD = [LINE.format(k, 1000 + k, 0.1) for k in range(4)]
         (["time,pressure [mbar],u [mbar]", GOOD[0], "yesterday,1000,0.1"], "not a time and numbers"),
         (["time,pressure [mbar],u [mbar]"], "fewer than two readings"),
         (["time,pressure [mbar],u [mbar]", GOOD[0], "", ""], "fewer than two readings"),
+        (["time;pressure [mbar];u [mbar]", *GOOD], "it has semicolons: columns are separated by commas"),
+        (["time\tpressure [mbar]", *GOOD], "it has tabs: columns are separated by commas"),
+        (["time,pressure [mbar],u [mbar]", "2026-03-01T00:00:00Z,1000,2,0,1", *GOOD[1:]], "5 cells.*with a point"),
+        (["time,pressure [mbar],u [mbar]", '2026-03-01T00:00:00Z,"1000,2",0.1', *GOOD[1:]], "float: '1000,2'"),
+        (["time,pressure [mbar],u [mbar]", "01.03.2026 00:00:00,1000,0.1", *GOOD[1:]], "line 2: .*ISO 8601"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], LINE.format(1, 1000, "0_1")], "line 3: .*float: '0_1'"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], LINE.format(1, 1000, -0.1)], "standard uncertainty is -0.1"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], LINE.format(1, 1000, "inf")], "not finite"),
+        (["time,pressure [mbar],u [mbar]", GOOD[0], GOOD[0]], "line 3: the time is not after the one before"),
+        (["time,pressure [mbar],u [Pa]", *GOOD], "the reference is in Pa, the measurand in mbar"),
     ],
 )  # fmt: skip
 def test_reference_files_that_are_refused(lines, said, tmp_path):
@@ -210,6 +275,118 @@ def test_reference_files_that_are_refused(lines, said, tmp_path):
     path.write_text("\n".join(lines))
     with pytest.raises(InputError, match=said):
         read_reference(path, PRESSURE)
+
+
+def test_a_byte_order_mark_and_degrees_as_a_sign_are_read():
+    lines = ["\ufefftime,temperature [ °C ],u [degC]", *GOOD]
+    assert len(reference_from("\r\n".join(lines), "it", Measurand(name="temperature", unit="degC")).values) == 4
+
+
+@pytest.mark.parametrize(
+    ("unit", "given", "seems"),
+    [("degC", lambda c: 1.8 * c + 32.0, "degF"), ("°C", lambda c: c + 273.15, "K"), ("K", lambda c: c, "degC")],
+)
+def test_a_temperature_of_another_unit_than_its_heading_says(unit, given, seems):
+    sensor = PressureSensor(8)
+    shots, _ = sensor.shots(START_S, 50, 900.0)
+    declared = Measurand(name="temperature", unit=unit)
+    readings = Reference(shots.times_s, given(shots.celsius), np.full(50, 0.02))
+    with pytest.raises(InputError, match=rf"in {seems}, it seems, and not in {unit}\..*degC\. Remedy: convert"):
+        calibrated("sensor", declared, shots, readings, 1)
+
+
+def test_a_model_that_does_not_hold_for_other_readings_is_told():
+    """A parabola, read from one end to the other: a straight line is wrong where it has not been."""
+    times, d = START_S + 60.0 * np.arange(40), np.linspace(-50.0, 50.0, 40)
+    f = 213.0 - 0.06 * d + 3e-4 * d**2 + 1e-3 * np.random.default_rng(1).standard_normal(40)
+    nothing = np.full(40, np.nan)
+    shots = Shots(
+        frames=tuple(range(40)), times_s=times, f_hz=f, std_hz=np.full(40, 1e-4), celsius=nothing, refused=()
+    )  # fmt: skip
+    reference = Reference(times, 1000.0 + d, np.full(40, 1e-3))
+
+    def told(degree):
+        declared = PRESSURE.model_copy(update={"degree": degree, "corrected_for": None})
+        made = calibrated("sensor", declared, shots, reference, 1)
+        return [note for note in made.notes if "should cover 95 %: record more" in note]
+
+    assert told(2) == []
+    assert len(told(1)) == 1
+
+
+def test_shots_without_a_temperature_outside_of_the_readings_do_no_harm():
+    sensor = PressureSensor(9)
+    shots, _ = sensor.shots(START_S, 200, 900.0)
+    shots.celsius[150:] = np.nan
+    made = calibrated("sensor", PRESSURE, shots, sensor.reference(START_S, START_S + 149 * 900.0 - 1200.0), 1)
+    assert 100 < made.pairs < 150
+
+
+def test_what_is_declared_of_the_reference_is_in_each_reading(sensor):
+    shots, _ = PressureSensor(3).shots(START_S, 200, 900.0)
+    known = Influence(half_width=3.0, distribution="rectangular", dof=3.0, kind="A", source="bridge")
+    declared = PRESSURE.model_copy(update={"reference": known})
+    reference = PressureSensor(3).reference(START_S, START_S + 180e3)
+    told, _ = Sensor.by(calibrated("sensor", declared, shots, reference, 1)).read(213.0, 22.0, None)
+    (line,) = [each.input for each in told.contributions if each.input.name == "reference"]
+    assert (line.u, line.dof, line.kind) == (pytest.approx(3.0 / 3.0**0.5), 3.0, "A")
+    assert (line.distribution, line.source) == ("rectangular", "bridge")
+    assert told.k > 2.5  # of Student's t with three to four degrees of freedom: that line dominates
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"parameters": {"p0": 213.0}}, "its model has 4 parameters, and the file 1"),
+        ({"covariance": ((1e-6,),)}, "the covariance is not 4 by 4"),
+        (
+            {"covariance": tuple(map(tuple, np.diag([1.0, -1.0, 1.0, 1.0]).tolist()))},
+            "the covariance of its parameters",
+        ),
+        ({"covariance": tuple(map(tuple, (np.eye(4) + np.eye(4, k=1)).tolist()))}, "the covariance of its parameters"),
+        ({"scale": 0.0}, "scale, range"),
+        ({"valid_to": -1.0}, "scale, range"),
+        ({"scatter_hz": float("nan")}, "a number is not finite"),
+    ],
+)
+def test_a_calibration_that_somebody_has_changed(sensor, tmp_path, values, said):
+    kept = Measurands(tmp_path)
+    kept.add(sensor)
+    (tmp_path / "sensor@1.json").write_text(json.dumps({**sensor.model_dump(), **values}))
+    with pytest.raises(InputError, match=rf"sensor@1.json: is no calibration of a measurand\. {said}.*restore"):
+        kept.get("sensor")
+    assert (kept.all()[0], len(kept.all()[1])) == ([], 1)
+
+
+def test_a_model_that_is_not_installed(sensor):
+    with pytest.raises(InputError, match=r"\[measurand\] model: no model .*'cubic'.*there are polynomial and dipole"):
+        Sensor.by(sensor.model_copy(update={"model": "cubic"}))
+
+
+def test_a_reference_that_is_less_certain_than_it_changes():
+    sensor = PressureSensor(8)
+    shots, _ = sensor.shots(START_S, 50, 900.0)
+    reference = sensor.reference(START_S, START_S + 50 * 900.0)
+    vague = Reference(reference.times_s, reference.values, np.full(len(reference.values), 100.0))
+    with pytest.raises(InputError, match=r"changes by \d\d\.\d mbar, and its readings have u = 100"):
+        calibrated("sensor", PRESSURE, shots, vague, 1)
+
+
+@pytest.mark.parametrize(("offset_k", "slope"), [(0.0, 1.0), (40.0, 1.0), (9.0, 1.8)])
+def test_a_warm_chamber_is_no_other_unit(offset_k, slope):
+    celsius = np.linspace(20.0, 24.0, 20)
+    refuse_other_unit(Measurand(name="temperature", unit="degC"), offset_k + slope * celsius, celsius, "sensor")
+
+
+@pytest.mark.parametrize("hours", [1, -2, 12])
+def test_a_reference_of_another_zone_is_told(hours):
+    sensor = PressureSensor(9)
+    shots, _ = sensor.shots(START_S, 200, 900.0)
+    right = sensor.reference(START_S - DAY_S, START_S + 3.0 * DAY_S)
+    wrong = Reference(right.times_s + 3600.0 * hours, right.values, right.u)
+    said = rf"times of the reference are wrong.*shifted by {re.escape(f'{-hours:+d}')} h they leave.*zone"
+    with pytest.raises(InputError, match=said):
+        calibrated("sensor", PRESSURE, shots, wrong, 1)
 
 
 def _specimen_file(folder):

@@ -1,6 +1,7 @@
 """A schedule of a daemon calibrates a thermometer: by the command, over REST and by the client."""
 
 import json
+import os
 
 import pytest
 
@@ -17,11 +18,23 @@ def scheduled(daemon, name, **work):
     """A schedule that is run once, by hand, and has recorded."""
     request = {"sequence": {"rx_s": 0.6, "pause_s": 20.0}, **work}
     body = {"name": name, "trigger": NEVER, "work": {"kind": "acquisition", "request": request}}
-    at = daemon.post("/schedules", body).headers["location"]
-    wait_for(lambda: daemon.post(f"{at}/run", {}).status_code == 202)
+    daemon.post("/schedules", body)
+    return run_again(daemon, name)
+
+
+def run_again(daemon, name):
+    """Another recording of a schedule."""
     rows = lambda: daemon.get(f"{at}/ledger").json()["items"]  # noqa: E731 short
-    wait_for(lambda: [row["state"] for row in rows()] == ["run"], 120)
-    return rows()[0]["recording"]
+    (at,) = [
+        f"/schedules/{each['id']}"
+        for each in daemon.get("/schedules").json()["items"]
+        if each["request"]["name"] == name
+    ]
+    before = {row["recording"] for row in rows()}
+    wait_for(lambda: daemon.post(f"{at}/run", {}).status_code == 202)
+    wait_for(lambda: {row["state"] for row in rows()} == {"run"} and len(rows()) > len(before), 120)
+    (new,) = {row["recording"] for row in rows()} - before
+    return new
 
 
 def slope(made):
@@ -74,6 +87,34 @@ def test_by_a_schedule_everywhere_the_same(daemon, recording, tmp_path):
         assert_one_line_error(here("measurand", "calibrate", daemon.folder / RESONATOR, *words), 2, said)
 
 
+def test_a_damaged_recording_is_told_everywhere(daemon, recording, tmp_path):
+    again = run_again(daemon, "warming")
+    whole, damaged = (daemon.folder / "recordings" / f"{each}.h5" for each in (recording, again))
+    damaged.write_bytes(damaged.read_bytes()[:30_000])
+    os.utime(damaged, (0, 0))  # what has just changed may still be written
+    of_it = ("--schedule", "warming", "--data", daemon.folder)
+    done = here("measurand", "calibrate", "thermo", *of_it, "--json", tmp_path / "told.json")
+    assert done.returncode == 0, done.stderr
+    assert f"note: not readable, and left out: {damaged.name}: " in done.stdout
+    assert f"kept: {daemon.folder / 'measurands'}" in done.stdout
+    answer = daemon.post("/measurands", {"specimen": "thermo", "schedule": "warming"})
+    assert answer.status_code == 201
+    with Client(daemon.address) as lab:
+        made = lab.resonators.calibrate("thermo", schedule="warming")
+    assert made.pairs == SHOTS
+    for notes in (json.loads((tmp_path / "told.json").read_text())["notes"], answer.json()["notes"], made.notes):
+        assert any(note.startswith(f"not readable, and left out: {damaged.name}: ") for note in notes)
+    named = problem(daemon.post("/measurands", {"specimen": "thermo", "recordings": [recording, again]}), 422)
+    assert damaged.name in named["detail"]
+
+    whole.write_bytes(b"nothing")
+    os.utime(whole, (0, 0))
+    assert_one_line_error(here("measurand", "calibrate", "thermo", *of_it), 2, NONE_READ)
+    told = problem(daemon.post("/measurands", {"specimen": "thermo", "schedule": "warming"}), 422)
+    assert NONE_READ in told["detail"]
+
+
+NONE_READ = "warming: no recording of the schedule can be read"
 RESONATOR = "resonators/thermo@1.toml"
 
 

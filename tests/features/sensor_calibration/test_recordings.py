@@ -1,14 +1,19 @@
 """Which recordings calibrate a sensor: those of a schedule by its ledger, of one resonator and one sample."""
 
+import os
+import re
 import shutil
 from datetime import datetime, timedelta
+from pathlib import Path
 
 import h5py
 import pytest
 
-from drivers.errors import InputError
+from drivers.errors import InputError, RecordingError
 from platform_daemon.core.recordings.layout import CONFIGURATION
 from platform_daemon.core.settings import load_specimen
+from platform_daemon.features.measurand.library import Measurands
+from platform_daemon.features.measurand.online import NewestCalibrations
 from platform_daemon.features.schedules.ledger import Ledger, ScheduleRecord
 from platform_daemon.features.schedules.schedules import Schedules, UnknownSchedule
 from platform_daemon.features.schedules.schema import ScheduleRequest
@@ -144,3 +149,93 @@ def test_several_samples_are_refused(measured, specimen, tmp_path):
         with pytest.raises(InputError, match=r"of several samples.*they are of T2 \(3\), T1 \(1\)"):
             calibration_by(specimen, given, None)
     assert calibration_by(specimen, [*files[1:], files[1]], None).pairs == 6  # none counts twice
+
+
+def test_a_damaged_recording_of_a_schedule_is_left_out_and_told(measured, specimen, tmp_path):
+    mine = [copy_of(measured, tmp_path, k) for k in range(3)]
+    cut, other, gone = tmp_path / "cut.h5", tmp_path / "other.h5", tmp_path / "gone.h5"
+    cut.write_bytes(mine[0].read_bytes()[:20_000])
+    other.write_bytes(b"no recording")
+    for each in (cut, other):
+        os.utime(each, (NOON_S, NOON_S))  # what has just changed may still be written
+    made = calibration_by(specimen, Series("nightly", (mine[0], cut, *mine[1:], other, gone), 0), None)
+    assert [each.file for each in made.files] == ["0.h5", "1.h5", "2.h5"]
+    assert "recordings of the schedule 'nightly': 3" in made.notes
+    (told,) = [note for note in made.notes if note.startswith("not readable, and left out: ")]
+    assert re.search(r"cut\.h5: .*; other\.h5: not an HDF5 file .*; gone\.h5: no such file", told)
+    with pytest.raises(InputError, match=r"^nightly: no recording of the schedule can be read\. cut\.h5: .*Remedy: "):
+        calibration_by(specimen, Series("nightly", (cut, other), 0), None)
+    with pytest.raises(RecordingError, match=r"cut\.h5"):
+        calibration_by(specimen, [*mine, cut], None)
+    another = copy_of(measured, tmp_path, "another", resonator="another one")
+    with pytest.raises(InputError, match=r"no recording of 'paper.*another one \(1\); not readable: cut\.h5: "):
+        calibration_by(specimen, Series("nightly", (another, cut), 0), None)
+
+
+def test_a_recording_whose_shots_have_no_times_is_left_out_of_a_schedule(measured, specimen, tmp_path):
+    mine = [copy_of(measured, tmp_path, k) for k in range(4)]
+    with h5py.File(mine[3], "r+") as file:
+        file["frames/time_stamp"][...] = ["yesterday", "yesterday"]
+    made = calibration_by(specimen, Series("nightly", tuple(mine), 0), None)
+    assert (made.pairs, len(made.files)) == (6, 3)
+    assert any("3.h5: 'yesterday' is no time of a shot" in note for note in made.notes)
+
+
+def test_a_file_counts_once_by_whatever_name(measured, specimen, tmp_path, monkeypatch):
+    mine = [copy_of(measured, tmp_path, k) for k in range(3)]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "link.h5").symlink_to(mine[0])
+    shutil.copy(mine[1], tmp_path / "copy.h5")
+    again = [Path("0.h5"), Path("./0.h5"), Path("..") / tmp_path.name / "1.h5", Path("link.h5"), Path("copy.h5")]
+    made = calibration_by(specimen, [*mine, *again], None)
+    assert (made.pairs, len(made.files)) == (6, 3)
+    assert (
+        "named twice, and counted once: 0.h5 is 0.h5, 0.h5 is 0.h5, 1.h5 is 1.h5, link.h5 is 0.h5, copy.h5 is 1.h5"
+        in (made.notes)
+    )
+
+
+def test_a_copy_that_was_written_anew_is_refused(measured, specimen, tmp_path):
+    mine = [copy_of(measured, tmp_path, k) for k in range(3)]
+    again = tmp_path / "again.h5"
+    shutil.copy(mine[2], again)
+    with h5py.File(again, "r+") as file:
+        file.attrs["by"] = "another program"
+    with pytest.raises(InputError, match=r"two shots were made at the same time.*2 times in all.*leave out"):
+        calibration_by(specimen, [*mine, again], None)
+
+
+def test_names_of_resonators_are_alike_in_both_forms_of_a_letter(measured, specimen, tmp_path):
+    composed, apart = "L\u00fcbeck", "Lu\u0308beck"
+    mine = [copy_of(measured, tmp_path, k, resonator=apart) for k in range(3)]
+    folder = Measurands(tmp_path / "measurands")
+    made = folder.add(calibration_by(specimen.model_copy(update={"name": composed}), mine, None))
+    assert (made.pairs, folder.of_specimen(apart), NewestCalibrations(tmp_path / "measurands").of(apart)) == (
+        6,
+        made,
+        made,
+    )
+    assert folder.add(made.model_copy(update={"specimen": apart})).version == 2
+
+
+@pytest.mark.parametrize(
+    ("measurand", "said"),
+    [
+        ({"reference": {"u": 0.05, "source": "the bridge"}}, r"the readings .* are missing.*'the bridge'.*--reference"),
+        ({"longest_lag_s": 60.0}, "the platform tells no lag.*leave longest_lag_s out"),
+    ],
+)
+def test_what_the_platforms_thermometer_is_no_reference_of(measured, specimen, tmp_path, measurand, said):
+    mine = [copy_of(measured, tmp_path, k) for k in range(3)]
+    declared = specimen.measurand.model_validate({**specimen.measurand.model_dump(), **measurand})
+    with pytest.raises(InputError, match=said):
+        calibration_by(specimen.model_copy(update={"measurand": declared}), mine, None)
+
+
+def test_recordings_without_a_good_fit_calibrate_nothing(measured, specimen, tmp_path):
+    mine = [copy_of(measured, tmp_path, k) for k in range(2)]
+    for each in mine:
+        with h5py.File(each, "r+") as file:
+            file["fit/d30/verdict"][...] = ["refused", "refused"]
+    with pytest.raises(InputError, match=r"no shot has a good fit\. 4 shots were refused\. Remedy: .*fit FILE"):
+        calibration_by(specimen, mine, None)

@@ -24,5 +24,6 @@ function shown(told) {
     table(`What contributes to u = ${size(told.u, 2)}`, ["Input", "Type", heading(told.quantity), "Share of u", "Source"], large.map((/** @type {any} */ line) => [
       line.name, line.type, significant(line.contribution * factor, 3), h("meter", { max: told.u, value: line.contribution, "aria-label": `${line.name}: ${significant((100 * line.contribution) / told.u, 2)} % of u` }), line.source])),
     told.not_declared.length > 0 && table("Not declared, and not contained", ["Influence", `Would add / ${unit}`], told.not_declared.map((/** @type {any} */ each) => [each.name, each.would_add_per_unit === null ? "not known" : significant(each.would_add_per_unit * factor, 3)])),
+    told.temperature && h("p", {}, `Temperature: ${told.temperature}.`),
   ];
 }
