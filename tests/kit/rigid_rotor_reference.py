@@ -78,7 +78,7 @@ class Reference:
 
     def contact(self, q, rates, t):
         """Generalised force of the jewel's friction."""
-        mu, hertz, slowest_slip, slowest_spin, law = self.friction
+        mu, hertz, slowest_slip, slowest_spin, law, coupling = self.friction
         linear, angular = self.jacobians(q)
         c, n = self.centre(q), self.n(q)
         pull = [-self.potential(q, t, c + TINY * 1j * np.eye(3)[k]).imag / TINY for k in range(3)]
@@ -89,8 +89,8 @@ class Reference:
         size = np.linalg.norm(slip)
         turn = (1 - law) * np.hypot(spin, slowest_spin) + law * (abs(spin) + slowest_spin)
         creeping = (1 - law) * np.hypot(size, slowest_slip) + law * (size + slowest_slip)
-        force = -mu * load * slip / (creeping + 8 * a * turn / (3 * np.pi))
-        torque = 3 * np.pi / 16 * a * mu * load * spin / (turn + 15 * np.pi / 16 * size / a)
+        force = -mu * load * slip / (creeping + coupling * 8 * a * turn / (3 * np.pi))
+        torque = 3 * np.pi / 16 * a * mu * load * spin / (turn + coupling * 15 * np.pi / 16 * size / a)
         return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
 
     def loss(self, q, rates):

@@ -8,6 +8,7 @@ from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+from platform_daemon.diagnosis.rotor_thresholds import ContactLaw
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
 from platform_daemon.estimation.rotor_fit.fit import (
@@ -42,12 +43,13 @@ class _Contestant:
         return defect_of(self.fit)
 
     @property
-    def law(self) -> float:
-        """By which the contact creeps."""
-        return self.fit.values[0].creep_law
+    def law(self) -> ContactLaw:
+        """Of a jewel's contact."""
+        values = self.fit.values[0]
+        return ContactLaw(values.creep_law, values.contact_coupling)
 
     def stays(self, field: Sequence[_Contestant]) -> bool:
-        """The window does not exclude it; of an error with its sign a law of creep, which is no name, goes sooner.
+        """The window does not exclude it; of an error with its sign a contact's law, which is no name, goes sooner.
 
         field: the best first.
         """
@@ -56,7 +58,7 @@ class _Contestant:
         return of_laws and rise(self.fit, field[0].fit) < FIT_LIMITS.rigid_rotor.rival_chi2
 
     @property
-    def kind(self) -> tuple[Defect, float]:
+    def kind(self) -> tuple[Defect, ContactLaw]:
         """Error and law."""
         return self.defect, self.law
 
@@ -122,15 +124,15 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     """Fits of one shot with each defect, and sign of it, that it cannot exclude, the best first.  Raises RotorFitError.
 
     In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.  So are
-    the laws by which a jewel's contact creeps: near rest it is not Coulomb's, and which other one is not known.
+    the laws of a jewel's contact: near rest it is not Coulomb's, and which other one is not known.
     """
     starts = []
     for begun, known in _begun(shot, pool):
         # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
         found = begun.values[0]
         distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
-        for law in _LIMITS.creep_laws if shot.geometry.bearing == "jewel" else (0.0,):
-            numbers = {"distance_m": distance_m, "creep_law": law}
+        for law in _LIMITS.contact_laws if shot.geometry.bearing == "jewel" else _LIMITS.contact_laws[:1]:
+            numbers = {"distance_m": distance_m, **law._asdict()}
             starts.append((defect_of(begun), found.with_numbers(numbers), known.with_numbers(numbers)))
     field: list[_Contestant] = []
     longest = longest_s([shot])
@@ -155,7 +157,7 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
         if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
             raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
         field = [c for c in field if c.stays(field)]
-    best: dict[tuple[Defect, float, bool], RotorFit] = {}
+    best: dict[tuple[Defect, ContactLaw, bool], RotorFit] = {}
     for c in field:
         best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
     # A kind that has not begun or went astray in a window begins from the one that explains the whole shot.

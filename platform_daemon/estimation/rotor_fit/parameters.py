@@ -25,7 +25,7 @@ HELD_WITH_A_DEFECT = (
     "creep_spin_rad_per_s",
 )
 """What belongs to a specimen as its defect does: fits with an adopted defect hold both."""
-KNOWN_WITH_A_DEFECT = (*HELD_WITH_A_DEFECT, "creep_law", "friction_coefficient")
+KNOWN_WITH_A_DEFECT = (*HELD_WITH_A_DEFECT, "creep_law", "contact_coupling", "friction_coefficient")
 """With what differs from shot to shot, where fits with an adopted defect begin."""
 NEEDED_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "creep_m_per_s", "friction_coefficient")
 """Those of which reports of every version tell."""

@@ -30,7 +30,8 @@ ANCHOR, STATOR, STATOR_MOMENT = 5, 8, 11  # (3,) each
 MOMENT_SIZE, WEIGHT = 14, 15  # A m^2; (3,) N
 DAMPING, SIDE_DAMPING, FRICTION, HERTZ, CREEP, CREEP_SPIN = 18, 19, 20, 21, 22, 23
 CREEP_LAW, LEAN_DAMPING, DAMPING_AXIS, USUAL_LOAD_ROOT = 24, 25, 26, 27  # cube root of the load at rest, N^(1/3)
-SLOTS = 28
+CONTACT_COUPLING = 28
+SLOTS = 29
 
 # Field of the coils, (DRIVE_SLOTS,): amplitude along u, v, w, T; rad/s, phase of the current; time constant and end, s.
 FIELD, PULSATION, PHASE, LAG, END = 0, 3, 4, 5, 6
@@ -122,8 +123,9 @@ def _friction(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-def]
     turning = (1.0 - law) * math.sqrt(spin * spin + creep_spin * creep_spin + rest)
     turning += law * (math.sqrt(spin * spin + rest) + creep_spin)
     creeping = (1.0 - law) * math.sqrt(slip * slip + creep * creep) + law * (slip + abs(creep))
-    by_slip = most / (creeping + SLIP_BY_SPIN * radius * turning + NOTHING)
-    by_spin = SPIN_LEVER * radius * radius * most / (radius * turning + SPIN_BY_SLIP * slip + NOTHING)
+    coupling = _at(lanes, PARAMETER + CONTACT_COUPLING, lane)
+    by_slip = most / (creeping + coupling * SLIP_BY_SPIN * radius * turning + NOTHING)
+    by_spin = SPIN_LEVER * radius * radius * most / (radius * turning + coupling * SPIN_BY_SLIP * slip + NOTHING)
     return by_slip, by_spin
 
 

@@ -18,6 +18,7 @@ from platform_daemon.estimation.thresholds import THRESHOLDS
 from .equations import (
     ANCHOR,
     AXIS,
+    CONTACT_COUPLING,
     CREEP,
     CREEP_LAW,
     CREEP_SPIN,
@@ -140,9 +141,9 @@ class RotorValues:
     rotor's own or, by a share damping_axis_to_thread, the thread's; side_damping_per_s: damps its centre's motion,
     lean_damping_per_s its turning about the other axes; creep_m_per_s, creep_spin_rad_per_s: slip and spin below
     which the contact creeps; creep_law: 0, the friction falls there
-    as s / sqrt(s^2 + c^2), 1, as s / (s + c); tilts and
-    displacement as in fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's
-    moment against the thread or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes;
+    as s / sqrt(s^2 + c^2), 1, as s / (s + c); contact_coupling: 1, slip and spin share the friction of one disc, 0,
+    each has its own; tilts and displacement as in fig:math_description_angle_defects (about v, along u),
+    bearing_tilt_rad being the rotor's moment against the thread or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes;
     turn_*_rad: rotation vector by which it is turned, in u, v, w; drive_size: times the stated field; drive_delay_s: of
     the samples; start_angle_rad, start_speed_rad_per_s: of the swing at the start of the drive; start_place_*,
     start_lean_*: of the side modes there, the held point's displacement over its link along u and v, and the rotation
@@ -163,6 +164,7 @@ class RotorValues:
     creep_m_per_s: float = 0.0
     creep_spin_rad_per_s: float = 0.0
     creep_law: float = 0.0
+    contact_coupling: float = 1.0
     stator_tilt_rad: float = 0.0
     bearing_tilt_rad: float = 0.0
     lateral_displacement_m: float = 0.0
@@ -258,11 +260,8 @@ class RigidRotor:
         p[USUAL_LOAD_ROOT] = self._pull_n ** (1.0 / 3.0)
         p[HERTZ] = self.contact_radius_m / p[USUAL_LOAD_ROOT]
         p[LEAN_DAMPING], p[DAMPING_AXIS] = v.lean_damping_per_s, v.damping_axis_to_thread
-        p[CREEP], p[CREEP_SPIN], p[CREEP_LAW] = (
-            v.creep_m_per_s,
-            v.creep_spin_rad_per_s,
-            v.creep_law,
-        )
+        p[CREEP], p[CREEP_SPIN] = v.creep_m_per_s, v.creep_spin_rad_per_s
+        p[CREEP_LAW], p[CONTACT_COUPLING] = v.creep_law, v.contact_coupling
         return p
 
     @cached_property

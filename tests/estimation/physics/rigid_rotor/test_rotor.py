@@ -33,6 +33,7 @@ DEFECTS = {"thread": {"stator_tilt_rad": 0.02, "rotor_tilt_rad": -0.02}, "jewel"
         ("thread", False, 0.006, LOSSES | {"damping_axis_to_thread": 0.6}),
         ("jewel", True, 0.001, LOSSES | {"creep_law": 1.0, "creep_spin_rad_per_s": 20.0}),
         ("jewel", True, 0.001, LOSSES | {"creep_law": 0.0, "creep_spin_rad_per_s": 20.0}),
+        ("jewel", True, 0.001, LOSSES | {"contact_coupling": 0.0, "creep_spin_rad_per_s": 20.0}),
     ],
 )
 def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds, losses):
@@ -42,7 +43,7 @@ def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds
     body = ours.values.m_r_am2 * np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
     other = Reference(
         name == "jewel", p[1], p[2], p[3], p[4], p[5:8], p[8:11], p[11:14], body, p[15:18],
-        friction=tuple(p[[20, 21, 22, 23, 24]]) if rough else None, damping=tuple(p[[18, 19, 25, 26]]),
+        friction=tuple(p[[20, 21, 22, 23, 24, 28]]) if rough else None, damping=tuple(p[[18, 19, 25, 26]]),
         field=(field, omega),
     )  # fmt: skip
     start = np.array([0.0, 0.0, 0.02, -0.03, 0.6])
