@@ -140,15 +140,14 @@ class RotorValues:
     jewel's contact when it only spins, undeflected; lambda_per_s: damps the turning about the main axis, which is the
     rotor's own or, by a share damping_axis_to_thread, the thread's; side_damping_per_s: damps its centre's motion,
     lean_damping_per_s its turning about the other axes; creep_m_per_s, creep_spin_rad_per_s: slip and spin below
-    which the contact creeps; creep_law: 0, the friction falls there
-    as s / sqrt(s^2 + c^2), 1, as s / (s + c); contact_coupling: 1, slip and spin share the friction of one disc, 0,
-    each has its own; tilts and displacement as in fig:math_description_angle_defects (about v, along u),
-    bearing_tilt_rad being the rotor's moment against the thread or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes;
-    turn_*_rad: rotation vector by which it is turned, in u, v, w; drive_size: times the stated field; drive_delay_s: of
-    the samples; start_angle_rad, start_speed_rad_per_s: of the swing at the start of the drive; start_place_*,
-    start_lean_*: of the side modes there, the held point's displacement over its link along u and v, and the rotation
-    of the rotor about u and v, each from rest, with their rates; a jewel rolls, so that its place tells the rate of its
-    lean.
+    which the contact creeps; creep_law: 0, the friction falls there as s / sqrt(s^2 + c^2), 1, as s / (s + c);
+    contact_coupling: 1, slip and spin share the friction of one disc, 0, each has its own; tilts and displacement as in
+    fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's moment against the thread
+    or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes; turn_*_rad: rotation vector by
+    which it is turned, in u, v, w; drive_size: times the stated field; drive_delay_s: of the samples; start_angle_rad,
+    start_speed_rad_per_s: of the swing at the start of the drive; start_place_*, start_lean_*: of the side modes there,
+    the held point's displacement over its link along u and v, and the rotation of the rotor about u and v, each from
+    rest, with their rates; a jewel rolls, so that its place tells the rate of its lean.
     """
 
     f_nat_hz: float
