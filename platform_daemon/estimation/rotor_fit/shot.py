@@ -10,6 +10,7 @@ import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.equations import LANES
+from platform_daemon.estimation.physics.rigid_rotor.motions import motions_beside
 from platform_daemon.estimation.physics.rigid_rotor.rotor import (
     NO_DRIVE,
     CoilDrive,
@@ -17,7 +18,6 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import (
     RigidRotor,
     RotorGeometry,
     RotorValues,
-    neighbours,
 )
 from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U
 
@@ -124,7 +124,7 @@ def linearised(
 
     def columns_of(some: Sequence[FreeParameter]) -> list[Array]:
         moved = [values.with_numbers({p.name: p.moved(getattr(values, p.name), p.step)}) for p in some]
-        others = neighbours([shot.rotor(each) for each in moved], n, shot.rate_hz, steps)
+        others, _ = motions_beside([shot.rotor(each) for each in moved], n, shot.rate_hz, steps)
         return [shot.whitened((_found(other) - model) / p.step) for other, p in zip(others, some, strict=True)]
 
     groups = [free[k : k + LANES] for k in range(0, len(free), LANES)]

@@ -45,7 +45,7 @@ PERMEABILITY = 1e-7  # mu_0 / (4 pi), T m/A
 SPIN_LEVER = 3.0 * math.pi / 16.0  # eq:tf
 SLIP_BY_SPIN, SPIN_BY_SLIP = 8.0 / (3.0 * math.pi), 15.0 * math.pi / 16.0  # Zhuravlev's coefficients
 SLOWEST_SPIN = THRESHOLDS.rigid_rotor.slowest_spin_rad_per_s
-NOTHING = 1e-30  # m^2/s, beside which no contact is small
+NOTHING = 1e-300  # keeps what a contact without friction divides by from being 0
 ROOT_ROUNDS = 4  # of Halley's method: from a load eight times off to the last digit
 SETTLED = 40.0  # time constants after which nothing is left of a transient
 

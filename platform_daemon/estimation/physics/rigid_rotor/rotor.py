@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 import numpy as np
 
@@ -52,12 +51,11 @@ from .equations import (
     USUAL_LOAD_ROOT,
     WEIGHT,
 )
-from .swing import accelerations, swings
+from .motions import motions_beside
+from .swing import accelerations, padded
 
-T = TypeVar("T")
 LIMITS = THRESHOLDS.rigid_rotor
 DOWN_M_PER_S2 = (0.0, 0.0, -9.81)  # world axes
-EMPTY: Array = np.zeros(0)
 STARTS = (
     "start_angle_rad",
     "start_speed_rad_per_s",
@@ -350,7 +348,7 @@ class RigidRotor:
 
         Raises NoRestError, LostRotorError.
         """
-        motions, ends = _motions([self], [self.start()], samples, rate_hz, EMPTY)
+        motions, ends = motions_beside([self], samples, rate_hz)
         last_s = self.drive.rx_start_s + self.values.drive_delay_s + (samples - 1) / rate_hz
         if ends.size == 0 or ends[-1] < last_s:
             raise LostRotorError("the rotor's motion cannot be followed")
@@ -358,58 +356,3 @@ class RigidRotor:
         if found is None:
             raise LostRotorError("the rotor's motion runs away")
         return found, ends
-
-
-def neighbours(rotors: Sequence[RigidRotor], samples: int, rate_hz: float, steps: Array) -> list[Array | None]:
-    """dm/dt in world axes, (3, samples) A m^2/s, of up to LANES rotors in the time that one takes.
-
-    Args:
-        rotors: of one geometry and drive.
-        samples: of each.
-        rate_hz: of the samples.
-        steps: ends of those that a rotor near them takes, so that their differences are smooth.
-
-    Returns:
-        Of each; None where it has no rest or its motion runs away.
-    """
-    starts: list[Array] = []
-    kept: list[int] = []
-    for k, rotor in enumerate(rotors):
-        with suppress(NoRestError):
-            starts.append(rotor.start())
-            kept.append(k)
-    found: list[Array | None] = [None] * len(rotors)
-    if kept:
-        motions, _ = _motions([rotors[k] for k in kept], starts, samples, rate_hz, steps)
-        for k, motion in zip(kept, motions, strict=True):
-            found[k] = motion
-    return found
-
-
-def _motions(
-    rotors: Sequence[RigidRotor], starts: Sequence[Array], samples: int, rate_hz: float, steps: Array
-) -> tuple[list[Array | None], Array]:
-    """dm/dt of each, None where it is not finite, and the ends of the steps; of none are given they are chosen."""
-    one, lanes = rotors[0], padded(rotors)
-    out = np.zeros((LANES, samples, 3))
-    ends = swings(
-        np.stack(padded(starts), axis=1),
-        np.stack([r.parameters for r in lanes], axis=1),
-        np.stack([r.coils[FIELD : FIELD + 3] for r in lanes], axis=1),
-        one.coils,
-        np.array([r.drive.rx_start_s + r.values.drive_delay_s for r in lanes]),
-        1.0 / rate_hz,
-        one.tolerances(),
-        steps,
-        out,
-    )
-    found: list[Array | None] = []
-    for rotor, motion in zip(rotors, out, strict=False):
-        followed = bool(np.all(np.isfinite(motion)))
-        found.append(rotor.values.m_r_am2 * (rotor.rotation @ motion.T) if followed else None)
-    return found, ends
-
-
-def padded(items: Sequence[T]) -> list[T]:
-    """As many as there are lanes, of which the last one is repeated."""
-    return [*items, *[items[-1]] * (LANES - len(items))]

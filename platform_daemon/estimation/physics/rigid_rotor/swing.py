@@ -7,6 +7,8 @@ later, take the same steps, so that differences between them hold no noise of th
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 from scipy.integrate import RK45
@@ -17,6 +19,7 @@ from platform_daemon.estimation.thresholds import THRESHOLDS
 from .equations import COILS, DRIVE_SLOTS, END, LANES, MOMENT, OMEGA, PARAMETER, RATE, ROWS, STATES, rates
 
 LIMITS = THRESHOLDS.rigid_rotor
+T = TypeVar("T")
 STAGES = 7  # with the one that is the first of the next step
 E, DENSE = (np.ascontiguousarray(table) for table in (RK45.E, RK45.P))
 WEIGHTS = np.vstack([np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B])  # of the rates in each stage, the last one is the end
@@ -132,7 +135,7 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, out):  # type: ign
     _fill(lanes, PARAMETER, p)
     _fill(lanes, COILS, coils)
     now[:] = lanes[:STATE_SIZE]
-    ends = np.empty(max(1024, given.size))
+    ends = np.empty(given.size if given.size > 0 else samples)
     count, t, h = 0, 0.0, FIRST_STEP * step_s
     rates(t, drive, lanes)
     k[0] = lanes[RATE * LANES :]
@@ -179,3 +182,8 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, out):  # type: ign
         else:
             k[0] = k[STAGES - 1]
     return ends[:count]
+
+
+def padded(items: Sequence[T]) -> list[T]:
+    """As many as there are lanes, of which the last one is repeated."""
+    return [*items, *[items[-1]] * (LANES - len(items))]

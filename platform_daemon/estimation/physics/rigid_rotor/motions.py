@@ -1,0 +1,56 @@
+"""dm/dt of rotors beside each other, in the lanes of one integration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from platform_daemon.estimation.numerics.arrays import Array
+
+from .equations import FIELD, LANES
+from .swing import padded, swings
+
+if TYPE_CHECKING:
+    from .rotor import RigidRotor
+
+EMPTY: Array = np.zeros(0)
+
+
+def motions_beside(
+    rotors: Sequence[RigidRotor], samples: int, rate_hz: float, steps: Array = EMPTY
+) -> tuple[list[Array | None], Array]:
+    """dm/dt in world axes, (3, samples) A m^2/s, of up to LANES rotors in the time that one takes.
+
+    Args:
+        rotors: of one geometry and drive.
+        samples: of each.
+        rate_hz: of the samples.
+        steps: ends of those that a rotor near them takes, so that their differences are smooth; none: they are chosen
+            for the first one.
+
+    Returns:
+        Of each, None where its motion runs away, and the ends of the steps, s.
+
+    Raises:
+        NoRestError: one has no rest.
+    """
+    one, lanes = rotors[0], padded(rotors)
+    out = np.zeros((LANES, samples, 3))
+    ends = swings(
+        np.stack(padded([r.start() for r in rotors]), axis=1),
+        np.stack([r.parameters for r in lanes], axis=1),
+        np.stack([r.coils[FIELD : FIELD + 3] for r in lanes], axis=1),
+        one.coils,
+        np.array([r.drive.rx_start_s + r.values.drive_delay_s for r in lanes]),
+        1.0 / rate_hz,
+        one.tolerances(),
+        steps,
+        out,
+    )
+    found: list[Array | None] = []
+    for rotor, motion in zip(rotors, out, strict=False):
+        followed = bool(np.all(np.isfinite(motion)))
+        found.append(rotor.values.m_r_am2 * (rotor.rotation @ motion.T) if followed else None)
+    return found, ends
