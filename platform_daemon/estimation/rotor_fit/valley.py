@@ -219,7 +219,7 @@ def settled(
 
     last: no longer window follows; to_beat: chi^2 above which the fit is of no use.
 
-    Raises RotorFitError, also where steps as good as the one before would not lead below `to_beat`.
+    Raises RotorFitError, also above `to_beat`; the fit ends where steps as good as the last one will not lead below.
     """
     most_steps, settled_chi2 = (
         (LIMITS.most_steps, LIMITS.found_chi2) if last else (LIMITS.few_steps, LIMITS.settled_chi2)
@@ -253,7 +253,9 @@ def settled(
         if max(fall, LIMITS.good_fall * expected) < settled_chi2:
             break
         if reached.total - left * fall > to_beat:
-            raise RotorFitError(f"another rotor explains the first {window_s:.3g} s better")
+            break
         del normal, reached  # before the next ones, which are as large
+    if sum(chi2) > to_beat:
+        raise RotorFitError(f"another rotor explains the first {window_s:.3g} s better")
     own = layout.size / len(shots)
     return values, matrix, chi2, [count - own for count in counts]

@@ -233,19 +233,24 @@ def test_lambda_is_true_whichever_axis_it_damps_and_whatever_damps_the_side_mode
 
 
 @pytest.mark.long
-def test_a_shot_tells_by_which_law_a_contact_creeps_and_with_it_all_else_is_true(pool):
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [({"creep_law": 1.0}, {"creep_law": 0.0}), ({"contact_coupling": 0.0}, {"contact_coupling": 1.0})],
+)
+def test_a_shot_tells_the_law_of_a_contact_and_with_it_all_else_is_true(right, wrong, pool):
     specimen = rigid_specimen("jewel", [0.0, 0.0, -9.81], 2.0, defects={"stator_tilt_rad": 0.0354})
     drive = replace(DRIVE, field_t=(4.9e-4, 0.0, 0.0))
-    rotor = true_rotor(specimen, drive, creep_law=1.0, creep_m_per_s=1e-3, creep_spin_rad_per_s=20.0)
+    rotor = true_rotor(specimen, drive, **right, creep_m_per_s=1e-3, creep_spin_rad_per_s=20.0)
     noise = np.random.default_rng(11).normal(size=(3, 3 * SAMPLES)) * SD[:, None] / 5
     start = replace(rotor.values, creep_m_per_s=2e-3, creep_spin_rad_per_s=5.0)
     shot = RotorShot(
         samples=rotor.dm_dt(3 * SAMPLES, RATE_HZ)[0] + noise, rate_hz=RATE_HZ, sd=SD / 5, geometry=rotor.geometry,
         drive=drive, values=start, declared=rotor.values.rotation,
     )  # fmt: skip
-    right, wrong = (
-        fit_rotor([replace(shot, values=replace(start, creep_law=law))], "stator_tilt_rad", pool) for law in (1.0, 0.0)
-    )
-    assert sum(wrong.chi2) - sum(right.chi2) > DIAGNOSIS_LIMITS.selection.told_apart_chi2
+    found = fit_rotor([replace(shot, values=start.with_numbers(right))], "stator_tilt_rad", pool)
+    to_beat = sum(found.chi2) + DIAGNOSIS_LIMITS.selection.told_apart_chi2
+    other = replace(shot, values=start.with_numbers(wrong))
+    with pytest.raises(RotorFitError, match="another rotor explains"):
+        fit_rotor([other], "stator_tilt_rad", pool, first_window_s=math.inf, to_beat=to_beat)
     for name in ("stator_tilt_rad", "f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2"):
-        assert abs(getattr(right.values[0], name) - getattr(rotor.values, name)) < 4 * right.std[0][name], name
+        assert abs(getattr(found.values[0], name) - getattr(rotor.values, name)) < 4 * found.std[0][name], name
