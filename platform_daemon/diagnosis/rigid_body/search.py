@@ -8,8 +8,8 @@ from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from platform_daemon.diagnosis.rotor_thresholds import ContactLaw
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.physics.rigid_rotor.contact_law import ContactLaw
 from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
 from platform_daemon.estimation.rotor_fit.fit import (
     RotorFit,

@@ -132,7 +132,7 @@ class Valley:
         chi2 = [one.chi2 for one in by_shot]
         return _Normal(matrix, gradient + pull, chi2, [one.count for one in by_shot], sum(chi2) + known, by_shot)
 
-    def trial(self, values: Sequence[RotorValues], step: Array, normal: _Normal) -> _Point | None:
+    def trial(self, values: Sequence[RotorValues], step: Array, normal: _Normal, pool: Executor) -> _Point | None:
         """Where a step leads, back on the floor; None where there is no such rotor.
 
         Raises RotorFitError.
@@ -142,7 +142,7 @@ class Valley:
         backs: list[Array] = []
         went: list[Array] = []
         for _ in range(1 + LIMITS.most_returns):
-            at = self._at(self._layout.moved(values, step))
+            at = self._at(self._layout.moved(values, step), pool)
             if at is not None and (best is None or at.total < best.total):
                 best = at
                 back = strong.T @ self._gradient(at, normal) / weight
@@ -159,9 +159,9 @@ class Valley:
             values, step = best.values, strong @ went[-1]
         return best
 
-    def _at(self, values: list[RotorValues]) -> _Point | None:
+    def _at(self, values: list[RotorValues], pool: Executor) -> _Point | None:
         try:
-            left = [s.residual(v, self._window_s) for s, v in zip(self._shots, values, strict=True)]
+            left = list(pool.map(lambda s, v: s.residual(v, self._window_s), self._shots, values))
         except (NoRestError, LostRotorError):
             return None
         known = self._layout.prior(values, self._first)[2]
@@ -239,7 +239,7 @@ def settled(
             expected = float(2.0 * normal.gradient @ step - step @ normal.matrix @ step)
             if expected < settled_chi2:
                 break
-            reached = valley.trial(values, step, normal)
+            reached = valley.trial(values, step, normal, pool)
             if reached is not None and reached.total < normal.total:
                 break
             reached, damping, grows = None, damping * grows, 2.0 * grows

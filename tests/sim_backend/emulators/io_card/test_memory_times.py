@@ -71,6 +71,7 @@ def test_a_longer_sequence_takes_no_longer(slow):
     play(slow)
 
 
+@pytest.mark.real_time
 def test_while_the_memory_is_cleared_nothing_can_be_set(slow):
     program(slow, STEP, [[0.0] * 2] * STEPS)
     start(slow)
@@ -82,6 +83,7 @@ def test_while_the_memory_is_cleared_nothing_can_be_set(slow):
     play(slow)
 
 
+@pytest.mark.real_time
 def test_a_second_set_writes_the_enable_bits_only(slow):
     program(slow, STEP, [[0.0] * 4] * STEPS)
     assert set_s(slow) < 0.7 * MEASURED_SET_S[4]
