@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class ContactLaw(NamedTuple):
-    """What `RotorValues` has of it: by which law it creeps, and whether slip and spin share the friction of one disc."""
+    """What `RotorValues` has of it: how it creeps, and whether slip and spin share the friction of one disc."""
 
     creep_law: float
     contact_coupling: float
