@@ -80,7 +80,7 @@ def parting(rotor: ManufacturingError, pool: Executor) -> tuple[Proposal, ...]:
 
 
 def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: RotorFit, pool: Executor) -> float:
-    """chi^2 that the rival leaves of one planned shot like the first one.
+    """chi^2 that the rival leaves of one planned shot like the first one, if it may move as far as the shots let it.
 
     Raises NoRestError, LostRotorError, LinAlgError.
     """
@@ -90,10 +90,21 @@ def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: R
     shot = replace(other, samples=truth)
     assert rival.defect is not None
     free = free_parameters(shot.geometry, [rival.defect], shot.start)
-    seen = linearised(shot, shot.values, free, math.inf, pool)
-    matrix = seen.matrix + _known(rival, [p.name for p in free if p.common], [p.name for p in free])
-    matrix += np.diag([0.0 if p.sd is None or p.common else p.sd**-2 for p in free])
-    return max(0.0, seen.chi2 - float(seen.gradient @ np.linalg.solve(matrix, seen.gradient)))
+    known = _known(rival, [p.name for p in free if p.common], [p.name for p in free])
+    known += np.diag([0.0 if p.sd is None or p.common else p.sd**-2 for p in free])
+    values, gone, left = shot.values, np.zeros(len(free)), math.inf
+    for _ in range(_LIMITS.planned_steps):
+        seen = linearised(shot, values, free, math.inf, pool)
+        gradient = seen.gradient - known @ gone
+        step = np.linalg.solve(seen.matrix + known, gradient)
+        left = min(left, max(0.0, seen.chi2 + float(gone @ known @ gone - gradient @ step)))
+        if left < _LIMITS.apart_sigma**2:
+            break
+        values = values.with_numbers(
+            {p.name: p.moved(getattr(values, p.name), d) for p, d in zip(free, step, strict=True)}
+        )
+        gone += step
+    return left
 
 
 def _known(fit: RotorFit, common: Sequence[str], names: Sequence[str]) -> Array:

@@ -7,7 +7,7 @@ import pytest
 
 from platform_daemon.client import Client
 from platform_daemon.core.settings import load_specimen
-from tests.kit.command_line import here
+from tests.kit.command_line import here, wait_for
 from tests.kit.pressure_sensor import barometer, pressures
 from tests.kit.served import served
 
@@ -63,7 +63,9 @@ def test_every_shot_is_a_reading_from_the_moment_of_the_calibration_on(tmp_path)
         # All readings share the errors of one calibration, so that they are outside of U together or not at all.
         assert all(abs(each.value - truth[each.shot]) <= 2.0 * each.U for each in read)
 
-        alarm = next(each for each in lab.alarms() if each.name == f"measurand:{shipped.name}")
+        raised = lambda: [each for each in lab.alarms() if each.name == f"measurand:{shipped.name}"]  # noqa: E731 short
+        wait_for(raised)  # it follows the reading
+        (alarm,) = raised()
         assert "pressure" in alarm.what
 
         report = job.recording().measurand()

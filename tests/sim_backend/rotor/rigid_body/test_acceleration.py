@@ -19,7 +19,7 @@ DEFECTS = {
 def reference(p):
     return Reference(
         bool(p[0]), p[1], p[2], p[3], p[4], p[5:8], p[8:11], p[11:14], p[14:17], p[17:20],
-        friction=(*p[22:26], 0.0) if p[22] else None,
+        friction=(*p[22:26], 0.0, 1.0) if p[22] else None,
     )  # fmt: skip
 
 
