@@ -142,7 +142,8 @@ def combine(
         contributions=tuple(map(Contribution, inputs, np.asarray(sensitivities, np.float64).tolist())),
         correlations=tuple(
             (inputs[i].name, inputs[j].name, float(matrix[i, j]))
-            for i, j in zip(*np.nonzero(np.triu(matrix, 1)), strict=True)
+            for i, j in zip(*np.nonzero(matrix), strict=True)
+            if i < j
         ),
         not_declared=tuple(not_declared),
         higher_order=higher_order,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from drivers.errors import InputError
 
-from .budget import Budget, combine, coverage_factor
+from .budget import Budget, combine
 from .curves import Curve
 from .inputs import Array, InputQuantity
 
@@ -25,8 +25,6 @@ _CONVERGED = 1e-7  # of the standard uncertainties of the parameters: the last s
 _CHANCE = 0.01  # of chi^2, beyond which on either side the uncertainties of the points do not explain it
 _ROUNDS = 6  # of scatter and fit: the scatter changes by less than a percent after three
 _PLACES = 400  # at which a curve is looked at for a turning point
-FOLDS = 5
-"""Stretches of time that a cross-validation leaves out, one after the other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,13 +136,15 @@ class CalibratedCurve:
         common: tuple[InputQuantity, ...] = (),
         coverage: float = 0.95,
         within: tuple[float, float] | None = None,
+        x: float | None = None,
     ) -> Budget:
         """x, with its budget, for a reading f or the mean of several.
 
         second: the second influence then; u_second: its standard uncertainty, apart from what it had in common with
-        the calibration.  common: further inputs, in the unit of x.  within: see `inverse`.  Raises InputError.
+        the calibration.  common: further inputs, in the unit of x.  within: see `inverse`.  x: what `inverse` has
+        found, if it was asked before.  Raises InputError.
         """
-        x = self.inverse(f, second, within=within)
+        x = self.inverse(f, second, within=within) if x is None else x
         at, extra = np.array([x]), None if second is None else np.array([second])
         slope = float(self.slope(at)[0])
         row = self.gradient(at, extra)[0]
@@ -310,49 +310,6 @@ def trend_in(found: CalibratedCurve, points: Points, column: Array) -> Trend:
     u = math.sqrt(float(inverse[-1, -1]) * spread * len(left) / independent(rest)) / scale[-1]
     chance = 1.0 if u == 0.0 else 2.0 * float(stdtr(found.dof - 1.0, -abs(value) / u))
     return Trend(value=value, u=u, probability=chance)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class CrossValidation:
-    """What a calibration is worth for readings that it was not made of.
-
-    Attributes:
-        rms: of x minus the reference; covered: share of them within the interval of 95 %; readings: how many.
-    """
-
-    rms: float
-    covered: float
-    readings: int
-
-
-def cross_validated(curve: Curve, points: Points) -> CrossValidation:
-    """Leave out one stretch of time after the other.  Raises InputError where what is left is too little."""
-    places = np.arange(len(points.x))
-    errors: list[float] = []
-    within: list[bool] = []
-    for fold in np.array_split(places, FOLDS):
-        kept = np.setdiff1d(places, fold)
-        try:
-            made = fit_curve(curve, points.some(kept))
-        except InputError as error:
-            what = f"a cross-validation, which leaves out {len(fold)} of {len(places)} pairs in turn, cannot be made"
-            why = f"{error.what} then" + (f", and {error.why}" if error.why else "")
-            raise InputError(what, where=error.where, why=why, remedy=error.remedy) from None
-        low, high = made.x_range
-        wide = low - 0.5 * (high - low), high + 0.5 * (high - low)
-        for k in fold:
-            second = None if points.second is None else float(points.second[k])
-            try:
-                told = made.read("x", float(points.f[k]), second, within=wide)
-            except InputError:  # further outside than a stretch of time should be
-                errors.append(math.inf)
-                within.append(False)
-                continue
-            errors.append(told.value - float(points.x[k]))
-            within.append(abs(errors[-1]) <= coverage_factor(0.95, made.dof) * math.hypot(told.u, float(points.u_x[k])))
-    finite = np.array(errors)[np.isfinite(errors)]
-    rms = math.sqrt(float(np.mean(finite**2))) if len(finite) else math.inf
-    return CrossValidation(rms=rms, covered=float(np.mean(within)), readings=len(within))
 
 
 def with_lag(

@@ -156,7 +156,7 @@ def correlation_matrix(inputs: Sequence[InputQuantity], correlations: Correlatio
         if (before := given.setdefault(frozenset((one, other)), r)) != r:
             raise InputError(f"{before:g} and {r:g} are both given", where=where, remedy="give one of the two")
         matrix[i, j] = matrix[j, i] = r
-    smallest = float(np.linalg.eigvalsh(matrix)[0]) if names else 1.0
+    smallest = float(np.linalg.eigvalsh(matrix)[0]) if pairs else 1.0
     if smallest < _NEGATIVE:
         concerned = sorted({name for pair, r in pairs.items() if r != 0.0 for name in pair})
         raise InputError(
@@ -190,6 +190,8 @@ def _pairs_of(names: Sequence[str], matrix: Sequence[Sequence[float]] | Array | 
 
 def groups(correlation: Array) -> list[list[int]]:
     """Places of inputs that are correlated with each other, directly or through others."""
+    if np.count_nonzero(correlation) == len(correlation):  # of itself, each of them
+        return [[k] for k in range(len(correlation))]
     label = np.arange(len(correlation))  # of scipy, connected_components takes longer than the rest of a budget
     for one, other in zip(*np.nonzero(np.triu(correlation, 1)), strict=True):
         first, second = sorted((label[one], label[other]))

@@ -9,12 +9,12 @@ import pytest
 from drivers.errors import InputError
 from platform_daemon.uncertainty.calibration_curve import (
     Points,
-    cross_validated,
     fit_curve,
     trend_in,
     turning_points,
     with_lag,
 )
+from platform_daemon.uncertainty.cross_validation import cross_validated
 from platform_daemon.uncertainty.curves import Dipole, Polynomial
 
 

@@ -28,3 +28,8 @@ class CertificateDetails(_Section):
     person: Text = Field(description="Who is responsible, and signs.")
     laboratory: Contact
     customer: Contact
+    accepted_misfit: Text | None = Field(
+        default=None,
+        description="Why the values may be certified although the model leaves more than noise: the certificate says "
+        "it. Left out: it is refused then.",
+    )

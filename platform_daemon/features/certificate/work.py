@@ -31,9 +31,8 @@ from platform_daemon.uncertainty.budget import Budget
 from .details import CertificateDetails, Contact
 from .schema import CertificateContact, CertificateReport, TraceabilityLine
 from .sensor_part import reference_line, sensor_part
+from .thresholds import MOST_CHI2_PER_DOF
 
-MOST_CHI2_PER_DOF = 2.0
-"""Of the median shot: beyond, more than half of what the fit leaves over is no noise."""
 _UNITS = {
     "temperature": "K",
     "static field": "T",
@@ -79,7 +78,8 @@ def certificate_of(
     found = series_budgets(measurement, ask, declared=declared, coverage=coverage)
     stated = [each for each in found.budgets if each.quantity in STATED]
     refuse_dominated(stated, where)
-    refuse_misfit(recorded_fits(measurement, ask) or fit_measurement(measurement, ask).frames, where)
+    fits = recorded_fits(measurement, ask) or fit_measurement(measurement, ask).frames
+    misfit = misfit_of(fits, details, where)
     results = tuple(map(budget_report, stated))
     said = declared_in(recording).under(declared)
     stamps = [info.time_stamp for info in recording.frame_info if info.time_stamp]
@@ -112,7 +112,7 @@ def certificate_of(
         sensor=part,
         cone_rad=found.cone_rad,
         valid_until=_valid_until(said, sensor, issued, where),
-        not_contained=_not_contained(stated),
+        not_contained=(*(() if misfit is None else (misfit,)), *_not_contained(stated)),
         files=(*file_digests([measurement.path]), *(() if sensor is None else sensor.files)),
     )
 
@@ -136,16 +136,20 @@ def refuse_dominated(results: Sequence[Budget], where: str) -> None:
         )
 
 
-def refuse_misfit(fits: Sequence[FrameFit], where: str) -> None:
-    """Raises InputError for a model that leaves more than noise: what its error adds to the values, nobody knows."""
+def misfit_of(fits: Sequence[FrameFit], details: CertificateDetails, where: str) -> str | None:
+    """What the certificate says of a model that leaves more than noise; None: it leaves none.
+
+    What its error adds to the values, nobody knows: raises InputError unless the details say why it is accepted.
+    """
     left = median(fit.chi2_per_dof or 0.0 for fit in fits if fit.good)
-    if left > MOST_CHI2_PER_DOF:
-        raise InputError(
-            "no certificate: the model does not describe the shots",
-            where=where,
-            why=f"χ²/dof is {left:.3g} in the middle of them, and what an error of the model adds is not known",
-            remedy="`platform-daemon diagnose FILE` names what it lacks; certify a resonator that it describes",
-        )
+    if left <= MOST_CHI2_PER_DOF:
+        return None
+    why = f"χ²/dof is {left:.3g} in the middle of them, and what an error of the model adds is not known"
+    if details.accepted_misfit is None:
+        remedy = "`platform-daemon diagnose FILE` names what it lacks; certify a resonator that it describes, or say "
+        remedy += "in the details why it is accepted: accepted_misfit"
+        raise InputError("no certificate: the model does not describe the shots", where=where, why=why, remedy=remedy)
+    return f"the model does not describe the shots: {why}; accepted by {details.person}: {details.accepted_misfit}"
 
 
 def _contact(contact: Contact) -> CertificateContact:

@@ -69,12 +69,17 @@ class Measurands:
 
     def of_specimen(self, specimen: str) -> MeasurandCalibration:
         """The newest calibration of a specimen, by its name.  Raises UnknownMeasurand."""
-        found = [each for each in self.all()[0] if same_name(each.specimen) == same_name(specimen)]
-        if not found:
+        found = self.newest_of(specimen)
+        if found is None:
             remedy = f"`platform-daemon measurand calibrate` makes one, or name another specimen's{_ELSEWHERE}"
             what = f"{specimen!r} is not calibrated as a sensor"
             raise UnknownMeasurand(what, where=str(self._folder), remedy=remedy)
-        return max(found, key=lambda each: (each.ended, each.version))
+        return found
+
+    def newest_of(self, specimen: str) -> MeasurandCalibration | None:
+        """The same; None: it has no calibration."""
+        found = [each for each in self.all()[0] if same_name(each.specimen) == same_name(specimen)]
+        return max(found, key=lambda each: (each.ended, each.version), default=None)
 
     def all(self) -> tuple[list[MeasurandCalibration], list[Broken]]:
         """Every version of every calibration, and the files that hold none."""

@@ -1,5 +1,4 @@
-"""Mistakes of a reference that its numbers show: an uncertainty or a temperature in another unit, times of another
-zone."""
+"""Mistakes of a reference that its numbers show: an uncertainty or readings in another unit, times of another zone."""
 
 from __future__ import annotations
 
@@ -16,24 +15,37 @@ from platform_daemon.uncertainty.curves import Curve
 from platform_daemon.uncertainty.inputs import Array
 
 from .reference_file import Reference, unit_of
+from .schema import MeasurandCalibration
+from .thresholds import (
+    AIR_PA,
+    ALIKE_K,
+    BETTER,
+    FACTOR_FEWEST,
+    FACTOR_WITHIN,
+    MOST_HOURS,
+    UNLIKE,
+    ZONE_FEWEST,
+    ZONE_SPAN,
+)
 
 _BY_CELSIUS: dict[str, Callable[[Array], Array]] = {
     "degC": lambda celsius: celsius,
     "K": lambda celsius: celsius + 273.15,
     "degF": lambda celsius: 1.8 * celsius + 32.0,
 }
-_ALIKE = 1.0
-"""In another unit the readings agree with the platform's thermometer to as much, rms: it is beside the resonator, and
-of two thermometers in one room neither is off by more."""
-_UNLIKE = 10.0
-"""Times as much they differ in the unit that is declared: a resonator in a warm chamber may be warmer than the
-thermometer, but by just what a change of the unit makes of its temperature only by chance."""
-_BETTER = 3.0
-"""Times less is left over with the reference shifted by whole hours.  A reference that is right leaves noise, which no
-shift makes less; white noise of 20 pairs is never as uneven."""
-_FEWEST, _SPAN = 20, 3.0
-"""Pairs that a shift leaves, and the span of the shots in shifts: slow changes look alike over less."""
-_MOST_HOURS = 14  # a local time is at most so far from UTC
+_PA = {
+    "Pa": 1.0,
+    "hPa": 1e2,
+    "mbar": 1e2,
+    "kPa": 1e3,
+    "MPa": 1e6,
+    "bar": 1e5,
+    "atm": 101325.0,
+    "Torr": 133.322368,
+    "mmHg": 133.322387,
+    "psi": 6894.757,
+}
+"""Units of pressure (SI brochure, 9th ed.; NIST SP 811, B.8)."""
 
 
 def refuse_vague(measurand: Measurand, points: Points, where: str) -> None:
@@ -46,12 +58,16 @@ def refuse_vague(measurand: Measurand, points: Points, where: str) -> None:
 
 
 def refuse_other_unit(measurand: Measurand, values: Array, celsius: Array, where: str) -> None:
-    """Of a temperature, by what the platform's thermometer read with the shots.
+    """Of a pressure, by that of the air; of a temperature, by what the platform's thermometer read with the shots.
 
     values: of the reference, (n,), at the shots; celsius: (n,), NaN where nothing was read.  Raises InputError for
-    readings that agree with it if they are taken to be in another unit, and else not.
+    readings that agree with it if they are taken to be in another unit, and else not; and for readings of which none
+    lies within the limits that the measurand declares.
     """
     declared, read = unit_of(measurand.unit), np.isfinite(celsius)
+    _refuse_beyond_limits(measurand, values, where)
+    if declared in _PA:
+        _refuse_other_pressure(measurand, values, where)
     if measurand.name.casefold() != "temperature" or declared not in _BY_CELSIUS or not read.any():
         return
     apart = {
@@ -59,12 +75,71 @@ def refuse_other_unit(measurand: Measurand, values: Array, celsius: Array, where
         for unit, by_celsius in _BY_CELSIUS.items()
     }
     closest = min(apart, key=lambda unit: apart[unit])
-    if closest == declared or apart[closest] > _ALIKE or apart[declared] < _UNLIKE * apart[closest]:
+    if closest == declared or apart[closest] > ALIKE_K or apart[declared] < UNLIKE * apart[closest]:
         return
     what = f"the readings of the reference are in {closest}, it seems, and not in {measurand.unit}"
     why = f"their mean is {float(values[read].mean()):.5g} where the platform's thermometer read "
     why += f"{float(celsius[read].mean()):.4g} degC"
     raise InputError(what, where=where, why=why, remedy=f"convert them to {measurand.unit}")
+
+
+def _refuse_beyond_limits(measurand: Measurand, values: Array, where: str) -> None:
+    low = -math.inf if measurand.lowest is None else measurand.lowest
+    high = math.inf if measurand.highest is None else measurand.highest
+    if not ((low <= values) & (values <= high)).any():
+        what = "no reading of the reference lies within the limits of the measurand"
+        why = f"it reads {values.min():.5g} to {values.max():.5g} {measurand.unit}, lowest and highest are "
+        why += f"{low:g} and {high:g}"
+        raise InputError(what, where=where, why=why, remedy="check the unit of the readings, or correct the limits")
+
+
+def _refuse_other_pressure(measurand: Measurand, values: Array, where: str) -> None:
+    """Limits that contain all readings say that they are meant."""
+    ends = float(values.min()), float(values.max())
+    meant = measurand.lowest is not None and measurand.highest is not None
+    if meant and measurand.lowest <= ends[0] and ends[1] <= measurand.highest:  # type: ignore[operator]
+        return
+    factor = _PA[unit_of(measurand.unit)]
+    low, high = AIR_PA
+    if ends[0] * factor <= high and ends[1] * factor >= low:
+        return
+    seems = next((u for u, pa in _PA.items() if low <= ends[0] * pa and ends[1] * pa <= high), None)
+    if seems is not None:
+        what = f"the readings of the reference are in {seems}, it seems, and not in {measurand.unit}"
+        why = f"they go from {ends[0]:.5g} to {ends[1]:.5g}, which in {seems} is the pressure of the air"
+        remedy = f"convert them to {measurand.unit}; if they are right, declare lowest and highest that contain them"
+        raise InputError(what, where=where, why=why, remedy=remedy)
+
+
+def refuse_other_scale(
+    before: MeasurandCalibration, f_hz: Array, celsius: Array, values: Array, unit: str, where: str
+) -> None:
+    """By an earlier calibration: the same frequencies would read a power of ten more or less.
+
+    f_hz, celsius, values: (n,) of the shots, and of the reference at them.  Raises InputError; a calibration of another
+    quantity says nothing, and neither do shots outside of its range.
+    """
+    from .sensor import Sensor
+
+    if unit_of(before.unit) != unit_of(unit):
+        return
+    sensor, ratios = Sensor.by(before), []
+    for f, warm, value in zip(f_hz, celsius, values, strict=True):
+        try:
+            read = sensor.place(float(f), float(warm) if math.isfinite(warm) else None)
+        except InputError:
+            continue
+        if read * value > 0.0:
+            ratios.append(value / read)
+    if len(ratios) < FACTOR_FEWEST:
+        return
+    middle = float(np.median(ratios))
+    decades = round(math.log10(middle))
+    if decades and np.quantile(np.abs(np.array(ratios) / 10.0**decades - 1.0), 0.9) < FACTOR_WITHIN:
+        what = "the readings of the reference are in another unit than those of the calibration before, it seems"
+        why = f"they are {10.0**decades:g} times what {before.label} reads of the same frequencies, in {unit}"
+        remedy = f"convert them; if it is {before.label} that is wrong, remove its file"
+        raise InputError(what, where=where, why=why, remedy=remedy)
 
 
 def refuse_other_zone(
@@ -83,10 +158,12 @@ def refuse_other_zone(
     """
     before = _rms(found, points)
     best = (before, 0)
-    for hours in (h for h in range(-_MOST_HOURS, _MOST_HOURS + 1) if h):
+    for hours in (h for h in range(-MOST_HOURS, MOST_HOURS + 1) if h):
         moved = Reference(reference.times_s + 3600.0 * hours, reference.values, reference.u)
         there = np.flatnonzero(moved.covered(times_s))
-        if len(there) < max(_FEWEST, len(points.x) // 2) or np.ptp(times_s[there]) < _SPAN * 3600.0 * abs(hours):
+        if len(there) < max(ZONE_FEWEST, len(points.x) // 2) or np.ptp(times_s[there]) < ZONE_SPAN * 3600.0 * abs(
+            hours
+        ):
             continue
         others = pairs(moved, there)
         try:
@@ -94,7 +171,7 @@ def refuse_other_zone(
         except InputError:  # at that time the reference was at rest
             continue
     left, hours = best
-    if hours and _BETTER * left < before:
+    if hours and BETTER * left < before:
         what = "the times of the reference are wrong, it seems"
         why = f"shifted by {hours:+d} h they leave {1e3 * left:.3g} mHz of the frequency unexplained, as they are "
         why += f"{1e3 * before:.3g} mHz"

@@ -129,7 +129,8 @@ class Sensor:
         within: tuple[float, float],
     ) -> Budget:
         made, curve = self.calibration, self.curve
-        slope = abs(float(curve.slope(np.array([curve.inverse(f_hz, second, within=within)]))[0]))
+        x = curve.inverse(f_hz, second, within=within)
+        slope = abs(float(curve.slope(np.array([x]))[0]))
         common = []
         if (known := made.reference) is not None:
             common.append(
@@ -150,9 +151,7 @@ class Sensor:
             if size > 0.0:
                 source = f"{days:.3g} days from the middle of the calibration"
                 common.append(InputQuantity.within("drift since the calibration", 0.0, size, source=source))
-        return curve.read(
-            made.name, f_hz, second, readings=shots, common=tuple(common), coverage=coverage, within=within
-        )
+        return curve.read(made.name, f_hz, second, readings=shots, common=tuple(common), coverage=coverage, x=x)
 
     def _temperature(self, celsius: float | None, extrapolate: bool) -> tuple[float, bool]:
         """The temperature to correct for, and whether the calibration has seen none like it."""

@@ -21,25 +21,20 @@ from platform_daemon.uncertainty.calibration_curve import (
     CalibratedCurve,
     Points,
     Trend,
-    cross_validated,
     fit_curve,
     trend_in,
     turning_points,
     with_lag,
 )
+from platform_daemon.uncertainty.cross_validation import cross_validated
 from platform_daemon.uncertainty.curves import Curve, Polynomial
 
-from .plausible import refuse_other_unit, refuse_other_zone, refuse_vague
+from .plausible import refuse_other_scale, refuse_other_unit, refuse_other_zone, refuse_vague
 from .reference_file import Reference
 from .schema import CrossValidationReport, MeasurandCalibration, ReferenceU, ResidualTest
 from .sensor import SECONDS_PER_DAY, named_curve, stamp
 from .shots import Shots
-
-COVERED = 0.8
-"""Of the readings of a cross-validation that U of 95 % covers at least: of 15 the chance of fewer is 0.5 %."""
-SIGNIFICANT = 0.01
-"""Chance below which hysteresis, drift and an uncorrected temperature are lines of the budgets: of a hundred
-calibrations without them one gets such a line."""
+from .thresholds import COVERED, SIGNIFICANT
 
 
 def key_of(specimen: str) -> str:
@@ -62,8 +57,11 @@ def calibrated(
     reference: Reference,
     version: int,
     files: Sequence[Path] = (),
+    before: MeasurandCalibration | None = None,
 ) -> MeasurandCalibration:
     """The calibration of a specimen by readings of a reference.
+
+    before: an earlier one, which shows whether the readings are in the same unit; None: there is none.
 
     Raises InputError for too few pairs, a temperature that is to be corrected for and was not measured, a lag longer
     than declared, a certificate of the reference that was not valid then, readings that are of another unit or zone by
@@ -73,6 +71,9 @@ def calibrated(
     usable = reference.covered(shots.times_s) & reference.covered(shots.times_s + longest)
     if not usable.any():
         raise _no_pair(name, shots, reference)
+    if before is not None:
+        there = shots.f_hz[usable], shots.celsius[usable], reference.at(shots.times_s[usable])[0]
+        refuse_other_scale(before, *there, measurand.unit, name)
     curve, found, points, lag, lag_std = _fitted(name, measurand, shots, reference, usable)
     warm = measurand.corrected_for == "temperature"
     times, celsius = shots.times_s[usable], shots.celsius[usable]

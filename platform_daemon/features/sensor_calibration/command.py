@@ -70,8 +70,8 @@ def calibrate(
         readings = read_reference(reference, measurand), file_digests((reference,))[0]
     given = _given(files, schedule, since, until, data)
     compile_fit()
-    made = calibration_by(found, given, readings, say_note)
     folder = measurands or folders.measurands
+    made = calibration_by(found, given, readings, say_note, Measurands(folder).newest_of(found.name))
     kept = Measurands(folder).add(made)
     write_json(json_file, kept)
     print(calibration_text(kept))

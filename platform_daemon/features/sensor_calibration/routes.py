@@ -49,8 +49,10 @@ def calibrate_measurand(body: MeasurandRequest, response: Response, context: Sha
         data = body.reference.encode()
         digest = FileDigest(file="reference", size_bytes=len(data), sha256=hashlib.sha256(data).hexdigest())
         reference = reference_from(body.reference, "reference", measurand), digest
-    made = context.run(Call(calibration_by, (specimen, _given(body, context), reference)))
-    kept = Measurands(context.folders.measurands).add(made)
+    library = Measurands(context.folders.measurands)
+    before = {"before": library.newest_of(specimen.name)}
+    made = context.run(Call(calibration_by, (specimen, _given(body, context), reference), before))
+    kept = library.add(made)
     response.headers["Location"] = f"/measurands/{kept.label}"
     return kept
 

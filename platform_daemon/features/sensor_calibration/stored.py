@@ -33,13 +33,16 @@ def calibration_by(
     given: Sequence[Path] | Series,
     reference: tuple[Reference, FileDigest] | None,
     say: Callable[[Path, str], None] = _say_nothing,
+    before: MeasurandCalibration | None = None,
 ) -> MeasurandCalibration:
     """The calibration of a resonator by recordings, or by those of a schedule that are of it; it is not kept.
 
     reference: its readings, and what they were read from; None: the thermometer of the platform.  say: is told what a
-    reader must know of a file.  Raises InputError for a resonator that is no sensor, recordings of another one, or of
-    several samples, a schedule without a readable one of it, and what `calibrated` refuses; RecordingError for a file
-    that was named; one of a schedule that cannot be read is left out, and told in the notes.
+    reader must know of a file.  before: the calibration before, see `calibrated`.
+
+    Raises InputError for a resonator that is no sensor, recordings of another one, or of several samples, a schedule
+    without a readable one of it, and what `calibrated` refuses; RecordingError for a file that was named; one of a
+    schedule that cannot be read is left out, and told in the notes.
     """
     # Here, because the process that sends it needs none of it: numba and scipy take 0.7 s of a processor to load.
     from platform_daemon.features.measurand.shots import joined
@@ -55,7 +58,7 @@ def calibration_by(
         raise InputError("no shot has a good fit", where=specimen.name, why=why, remedy=remedy)
     _refuse_same_times(shots, specimen.name)
     readings = thermometer_readings(shots, measurand, specimen.name) if reference is None else reference[0]
-    made = calibrated(specimen.name, measurand, shots, readings, 0)
+    made = calibrated(specimen.name, measurand, shots, readings, 0, before=before)
     notes, files = list(taken.notes), taken.files
     found: dict[str, object] = {}
     if reference is None:  # f changes with the temperature: that is the curve

@@ -22,6 +22,7 @@ from .look import look_at_recording
 from .schema import TrendReport
 from .steps import of_step
 from .trend import POINTS_TO_FALSE_ALARM, specimen_trend
+from .undeclared import undeclared_temperature
 
 log = structlog.get_logger()
 
@@ -109,6 +110,8 @@ def indexed_trend(
         from .uncertainty import with_uncertainty  # fits, which nothing else here needs
 
         report = with_uncertainty(report, folder, found, step)
+    if told := undeclared_temperature(report, folder):
+        report = report.model_copy(update={"notes": (*report.notes, *told)})
     if without:
         note = f"left out, because they have no step {step!r}: {', '.join(without)}"
         report = report.model_copy(update={"notes": (*report.notes, note)})

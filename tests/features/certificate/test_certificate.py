@@ -17,7 +17,7 @@ from platform_daemon.core.settings import load_specimen
 from platform_daemon.features.certificate.dcc import dcc_xml
 from platform_daemon.features.certificate.schema import CertificateReport
 from platform_daemon.features.certificate.words import result_row, result_rows
-from platform_daemon.features.certificate.work import certificate_of, read_details, refuse_dominated, refuse_misfit
+from platform_daemon.features.certificate.work import certificate_of, misfit_of, read_details, refuse_dominated
 from platform_daemon.features.fit.fit_request import FitSettings
 from platform_daemon.features.fit.measurement import open_shots_for_fit
 from platform_daemon.features.measurand.library import Measurands
@@ -200,14 +200,20 @@ def test_what_nobody_has_declared_must_not_dominate(missing, refused):
 
 
 @pytest.mark.parametrize(("chi2", "refused"), [((1.0, 1.1, 9.0), False), ((3.0, 49.0, 1.0), True)])
-def test_a_model_that_does_not_describe_the_shots_is_not_signed(chi2, refused):
+def test_a_model_that_does_not_describe_the_shots_is_signed_with_a_reason_only(chi2, refused, tmp_path):
     fits = [unfitted(k, "").model_copy(update={"verdict": "good", "chi2_per_dof": each}) for k, each in enumerate(chi2)]
     fits.append(unfitted(3, "no signal"))
+    (tmp_path / "details.toml").write_text('accepted_misfit = "the pendulum\'s own mode, 2 % of F_m"\n' + DETAILS)
+    accepting = read_details(tmp_path / "details.toml")
+    strict = accepting.model_copy(update={"accepted_misfit": None})
     if not refused:
-        refuse_misfit(fits, "file")
+        assert misfit_of(fits, accepting, "file") is misfit_of(fits, strict, "file") is None
         return
-    with pytest.raises(pd_.InputError, match=r"file: no certificate: the model does not.* 3 in .*diagnose FILE"):
-        refuse_misfit(fits, "file")
+    with pytest.raises(pd_.InputError, match=r"file: no certificate: the model does not.* 3 in .*accepted_misfit"):
+        misfit_of(fits, strict, "file")
+    told = misfit_of(fits, accepting, "file")
+    assert "χ²/dof is 3 in the middle" in told
+    assert told.endswith("accepted by A. Metrologist: the pendulum's own mode, 2 % of F_m")
 
 
 @pytest.mark.parametrize("of_sensor", [False, True])

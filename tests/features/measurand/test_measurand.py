@@ -282,19 +282,6 @@ def test_a_byte_order_mark_and_degrees_as_a_sign_are_read():
     assert len(reference_from("\r\n".join(lines), "it", Measurand(name="temperature", unit="degC")).values) == 4
 
 
-@pytest.mark.parametrize(
-    ("unit", "given", "seems"),
-    [("degC", lambda c: 1.8 * c + 32.0, "degF"), ("°C", lambda c: c + 273.15, "K"), ("K", lambda c: c, "degC")],
-)
-def test_a_temperature_of_another_unit_than_its_heading_says(unit, given, seems):
-    sensor = PressureSensor(8)
-    shots, _ = sensor.shots(START_S, 50, 900.0)
-    declared = Measurand(name="temperature", unit=unit)
-    readings = Reference(shots.times_s, given(shots.celsius), np.full(50, 0.02))
-    with pytest.raises(InputError, match=rf"in {seems}, it seems, and not in {unit}\..*degC\. Remedy: convert"):
-        calibrated("sensor", declared, shots, readings, 1)
-
-
 def test_a_model_that_does_not_hold_for_other_readings_is_told():
     """A parabola, read from one end to the other: a straight line is wrong where it has not been."""
     times, d = START_S + 60.0 * np.arange(40), np.linspace(-50.0, 50.0, 40)
