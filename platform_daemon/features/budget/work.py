@@ -24,6 +24,7 @@ from platform_daemon.features.fit.measurement import Measurement, VoltageMeasure
 from platform_daemon.features.fit.noise import noise_of_frames
 from platform_daemon.features.fit.series_table import recorded_fits
 from platform_daemon.uncertainty.budget import Budget, NotDeclared, checked_coverage, combine
+from platform_daemon.uncertainty.cone import cone_angle
 from platform_daemon.uncertainty.inputs import InputQuantity, correlation_matrix
 from platform_daemon.uncertainty.monte_carlo import MonteCarloResult, monte_carlo
 
@@ -357,7 +358,7 @@ def budgets_by(
         places = [told.names.index(name) for name in RODRIGUES]
         back = np.linalg.inv(turned_to_rodrigues(told.values[places]))
         rotation = back @ covariance[np.ix_(places, places)] @ back.T
-        cone = math.sqrt(-2.0 * math.log(1.0 - coverage) * float(np.linalg.eigvalsh(rotation)[-1]))  # chi^2 of two
+        cone = cone_angle(rotation, coverage)
     return ResultBudgets(budgets, covariance, rotation, cone, frames, given.temperature_c, given.temperature_change_k)
 
 
