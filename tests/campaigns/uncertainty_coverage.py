@@ -250,6 +250,8 @@ def page(campaigns: int, fits: int) -> str:
         shares = [f"{100.0 * each.share(q):.1f} %" for q in (*QUANTITIES, "direction")]
         lines.append(f"| {name} | {' | '.join(shares)} |")
     told = next(name for name in listed if name.startswith("temperature"))
+    lines += ["", "The cone holds for the direction that is known worst; that of the moment, which is counted here, is"]
+    lines += ["known better, and covered more often."]
     lines += ["", f"Where the thermometer is not declared, the report lists “{told}”."]
     return "\n".join([*lines, ""])
 
