@@ -5,8 +5,8 @@
 // with TLS; without them each tab that is shown reads for itself.
 import { address, get, jsonOf, request, withToken } from "./api.js";
 
-const POLL_MS = 1000; // after what was heard last, so that a daemon that is halted is seen
-const LATEST_POLL_MS = 1900; // after the last poll, however many events come
+const POLL_MS = 1250; // after what was heard last, so that a daemon that is halted is seen; events of a shot a second come before
+const LATEST_POLL_MS = 2900; // after the last poll, however many events come: what has no event is no older
 const POLL_LIMIT_MS = 2500;
 export const OLD_MS = 2500; // with a tick, seen in less than three seconds
 const MOST_DRAWS = 4; // in any second, so that an event seldom waits and a burst of events costs little

@@ -125,11 +125,12 @@ function drawBar() {
     say(old ? "What is shown is old." : "Live again.");
     if (fresh.dataset.old && !old) reload();
   }
-  fresh.dataset.old = String(old);
-  fresh.textContent = text;
+  if (fresh.dataset.old !== String(old)) fresh.dataset.old = String(old);
+  if (fresh.textContent !== text) fresh.textContent = text; // to write the same would lay the bar out again
   document.body.classList.toggle("old", old);
   const name = live.platform?.platform;
-  if (name) /** @type {HTMLElement} */ (document.getElementById("platform")).textContent = name;
+  const heading = /** @type {HTMLElement} */ (document.getElementById("platform"));
+  if (name && heading.textContent !== name) heading.textContent = name;
   drawStanding();
 }
 

@@ -12,7 +12,7 @@ const CHANGES = 8;
 export function show(root) {
   const job = h("div", { class: "card" });
   const devices = h("div", { class: "card" });
-  const events = h("div", { class: "card" });
+  const events = h("div", { class: "card events" });
   const buttons = h("p", { class: "buttons" });
   const changes = h("div", { class: "card" });
   root.classList.add("cards");
@@ -20,6 +20,7 @@ export function show(root) {
   const queue = h("div");
   job.append(about, buttons, queue);
   root.replaceChildren(job, devices, events, changes);
+  /** @type {any} */ let read = null; // what the devices are drawn by; it changes with a poll, more seldom than events come
 
   async function load() {
     const { items } = await get(`changes?limit=${CHANGES}`);
@@ -33,11 +34,12 @@ export function show(root) {
     fill(buttons, live.job && jobActions(live.outer ?? live.job));
     const waiting = live.platform.queued.length;
     fill(queue, h("p", {}, waiting ? h("a", { href: "#/jobs" }, `${waiting} waiting`) : "Nothing waits."));
-    fill(devices, h("h2", {}, "Devices"), deviceFacts(live.platform));
+    if (read !== live.platform) fill(devices, h("h2", {}, "Devices"), deviceFacts(live.platform));
+    read = live.platform;
     fill(events, h("h2", {}, "Events"), eventTable());
   }
   load().catch(() => {}); // it is read again with the next tick
-  return { update, load, concerns: (/** @type {any} */ what) => what.kind === "job", every_ms: 5000 };
+  return { update, load, concerns: (/** @type {any} */ what) => what.kind === "job", every_ms: 10_000 };
 }
 
 /** @param {HTMLElement} place */
