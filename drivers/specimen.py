@@ -140,10 +140,23 @@ class Measurand(_Section):
         default=None, description="An alarm is raised for readings above it, in `unit`; null: none."
     )
 
+    expected_from: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
+        default=None,
+        description="A reference of which no reading lies from here to `expected_to` is refused, and readings that all "
+        "do are taken for what they say, in `unit`; null: nothing is expected.",
+    )
+    expected_to: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
+        default=None, description="See `expected_from`; both are given, or neither."
+    )
+
     @model_validator(mode="after")
     def _limits_in_order(self) -> Measurand:
         if self.lowest is not None and self.highest is not None and self.highest <= self.lowest:
             raise ValueError("highest is not above lowest: no reading is between them")
+        if (self.expected_from is None) != (self.expected_to is None):
+            raise ValueError("expected_from and expected_to are given together")
+        if self.expected_from is not None and self.expected_to is not None and self.expected_to <= self.expected_from:
+            raise ValueError("expected_to is not above expected_from: no reading is between them")
         return self
 
 

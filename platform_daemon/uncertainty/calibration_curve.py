@@ -251,6 +251,8 @@ def _minimum(
         weights = 1.0 / (u_f**2 + (slopes * points.u_x) ** 2)
         jacobian = rows(x)
         left = points.f - value - slopes * (points.x - x)
+        if not (np.isfinite(jacobian).all() and np.isfinite(weights).all() and np.isfinite(left).all()):
+            break  # beyond a pole of the curve
         scale = np.linalg.norm(jacobian * np.sqrt(weights)[:, None], axis=0)
         step, _, rank, _ = np.linalg.lstsq(jacobian * np.sqrt(weights)[:, None] / scale, left * np.sqrt(weights))
         if rank < len(theta) or not np.isfinite(step).all():

@@ -10,7 +10,7 @@ import numpy as np
 from drivers.errors import InputError
 
 from .budget import coverage_factor
-from .calibration_curve import Points, fit_curve
+from .calibration_curve import Points, fit_curve, one_branch
 from .curves import Curve
 
 FOLDS = 5
@@ -44,7 +44,7 @@ def cross_validated(curve: Curve, points: Points) -> CrossValidation:
             why = f"{error.what} then" + (f", and {error.why}" if error.why else "")
             raise InputError(what, where=error.where, why=why, remedy=error.remedy) from None
         low, high = made.x_range
-        wide = low - 0.5 * (high - low), high + 0.5 * (high - low)
+        wide = one_branch(made, (low - 0.5 * (high - low), high + 0.5 * (high - low)))
         for k in fold:
             second = None if points.second is None else float(points.second[k])
             try:
@@ -56,5 +56,10 @@ def cross_validated(curve: Curve, points: Points) -> CrossValidation:
             errors.append(told.value - float(points.x[k]))
             within.append(abs(errors[-1]) <= coverage_factor(0.95, made.dof) * math.hypot(told.u, float(points.u_x[k])))
     finite = np.array(errors)[np.isfinite(errors)]
-    rms = math.sqrt(float(np.mean(finite**2))) if len(finite) else math.inf
+    if not len(finite):
+        what = "a cross-validation finds no reading within the range of the curve"
+        why = "with a stretch of time left out, the curve answers to no frequency of that stretch"
+        remedy = "record more, or choose a model with fewer parameters"
+        raise InputError(what, where="measurand", why=why, remedy=remedy)
+    rms = math.sqrt(float(np.mean(finite**2)))
     return CrossValidation(rms=rms, covered=float(np.mean(within)), readings=len(within))

@@ -7,6 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
+from drivers.errors import InputError
+
 from .inputs import Array
 
 
@@ -72,8 +74,12 @@ class Dipole:
         return "a", "x0"
 
     def start(self, x: Array, f: Array) -> Array:
-        """See Curve: f^(-2/3) is a straight line of x."""
+        """See Curve: f^(-2/3) is a straight line of x.  Raises InputError for f that does not fall with x."""
         line = np.polyfit(x, f ** (-2.0 / 3.0), 1)
+        if not line[0] > 0.0:
+            what, why = "the dipole law does not hold", "the frequency does not fall as the distance grows"
+            remedy = "check what the reference reads, or choose another model"
+            raise InputError(what, where="measurand", why=why, remedy=remedy)
         return np.array([line[0] ** -1.5, line[1] / line[0]])
 
     def value(self, p: Array, x: Array) -> Array:

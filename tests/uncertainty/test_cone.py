@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError
+from platform_daemon.uncertainty.budget import coverage_factor
 from platform_daemon.uncertainty.cone import cone_angle
 
 
@@ -24,6 +25,24 @@ def test_it_contains_any_direction_and_no_more_than_the_worst(variances, coverag
     assert inside(axes[:, 2]) == pytest.approx(coverage, abs=0.004)
     for direction in random.standard_normal((10, 3)):
         assert inside(direction / np.linalg.norm(direction)) >= coverage - 0.004
+
+
+def test_with_few_degrees_of_freedom_it_is_wider_as_the_interval_of_an_angle_is():
+    one = np.diag([0.0, 0.0, 1e-8])
+    for dof in (1.0, 4.0, 30.5):
+        assert cone_angle(one, 0.95, dof) == pytest.approx(1e-4 * coverage_factor(0.95, dof), rel=2e-3)
+    random = np.random.default_rng(6)
+    covariance = 1e-8 * np.diag([0.1, 0.5, 1.0])
+    drawn = (
+        random.multivariate_normal(np.zeros(3), covariance, 200_000)
+        / np.sqrt(random.chisquare(4.0, 200_000) / 4.0)[:, None]
+    )
+    inside = np.linalg.norm(drawn[:, 1:], axis=1) <= cone_angle(covariance, 0.95, 4.0)
+    assert float(np.mean(inside)) == pytest.approx(0.95, abs=0.002)
+
+
+def test_what_is_not_known_at_all_is_half_a_turn():
+    assert cone_angle(np.diag([4.0, 4.0, 4.0]), 0.95) == math.pi
 
 
 def test_of_one_axis_it_is_the_interval_and_of_two_alike_that_of_chi_squared():

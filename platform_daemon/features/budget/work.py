@@ -358,7 +358,7 @@ def budgets_by(
         places = [told.names.index(name) for name in RODRIGUES]
         back = np.linalg.inv(turned_to_rodrigues(told.values[places]))
         rotation = back @ covariance[np.ix_(places, places)] @ back.T
-        cone = cone_angle(rotation, coverage)
+        cone = cone_angle(rotation, coverage, min(budgets[k].dof for k in places))
     return ResultBudgets(budgets, covariance, rotation, cone, frames, given.temperature_c, given.temperature_change_k)
 
 

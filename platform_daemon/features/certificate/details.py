@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-Text = Annotated[str, Field(min_length=1, max_length=200)]
+
+def _words(text: str) -> str:
+    """Raises ValueError for what cannot be printed, and for nothing but blanks."""
+    if not text.strip() or not text.isprintable():
+        raise ValueError("must be words in one line that can be printed")
+    return text.strip()
+
+
+Text = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_words)]
 
 
 class _Section(BaseModel):

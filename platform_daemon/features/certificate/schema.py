@@ -110,6 +110,8 @@ class CertificateReport(Schema):
     """Half angle of the cone that contains a direction fixed to the rotor, at the coverage, rad; null: none."""
     valid_until: str | None
     """First day on which a certificate of an input expires, ISO 8601; null: none of them says one."""
+    accepted_misfit: Absent[str] = None
+    """The model leaves more than noise: by how much, by whom that is accepted, and why; missing: it leaves noise."""
     not_contained: tuple[str, ...]
     """Influences that U does not contain, with what they add per unit."""
     files: tuple[FileDigest, ...]

@@ -62,6 +62,8 @@ def statement(report: CertificateReport) -> str:
         f"U is the standard uncertainty times k, evaluated by JCGM 100:2008, so that value ± U covers the quantity "
         f"with a probability of about {coverage:.0%}, as far as its influences are declared."
     )
+    if report.accepted_misfit is not None:
+        text += f" U does not contain the error of the model: {report.accepted_misfit}."
     if report.cone_rad is not None:
         text += f" The orientation of the rotor is known within a cone of {math.degrees(report.cone_rad):.2g}°."
     return text

@@ -112,7 +112,8 @@ def certificate_of(
         sensor=part,
         cone_rad=found.cone_rad,
         valid_until=_valid_until(said, sensor, issued, where),
-        not_contained=(*(() if misfit is None else (misfit,)), *_not_contained(stated)),
+        accepted_misfit=misfit,
+        not_contained=_not_contained(stated),
         files=(*file_digests([measurement.path]), *(() if sensor is None else sensor.files)),
     )
 

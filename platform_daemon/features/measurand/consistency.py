@@ -15,6 +15,8 @@ def contradiction(made: MeasurandCalibration) -> str:
     own = {"polynomial": made.degree + 1, "dipole": 2}.get(made.model)
     if own is not None and n != (wanted := own + (made.temperature_c is not None)):
         return f"its model has {wanted} parameters, and the file {n}"
+    if made.temperature_c is not None and None in (made.temperature_from_c, made.temperature_to_c):
+        return "it is corrected for a temperature, and does not say for which ones it holds"
     if any(len(row) != n for row in (made.covariance, *made.covariance)):
         return f"the covariance is not {n} by {n}"
     numbers = [*made.parameters.values(), made.centre, made.scale, made.valid_from, made.valid_to, made.scatter_hz]

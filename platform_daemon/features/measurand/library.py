@@ -103,7 +103,7 @@ def _read(version: Version) -> MeasurandCalibration:
             raise ValueError(why)
     except (OSError, ValueError, RecursionError, InputError) as error:
         why = error.what if isinstance(error, InputError) else str(error)
-        remedy = "restore the file from a copy, or calibrate again"
+        remedy = "restore the file from a copy, or remove it and calibrate again"
         what = "is no calibration of a measurand"
         raise InputError(what, where=str(version.path), why=why, remedy=remedy) from None
     return found

@@ -28,6 +28,7 @@ from .thresholds import (
     ZONE_SPAN,
 )
 
+_MEANT = "; if they are right, declare what is expected: expected_from and expected_to of [measurand]"
 _BY_CELSIUS: dict[str, Callable[[Array], Array]] = {
     "degC": lambda celsius: celsius,
     "K": lambda celsius: celsius + 273.15,
@@ -43,9 +44,13 @@ _PA = {
     "atm": 101325.0,
     "Torr": 133.322368,
     "mmHg": 133.322387,
+    "cmH2O": 98.0665,
+    "inHg": 3386.389,
     "psi": 6894.757,
 }
 """Units of pressure (SI brochure, 9th ed.; NIST SP 811, B.8)."""
+_OF_AIR = ("air", "atmospher", "baromet", "ambient")
+"""A quantity is the pressure of the air if its name contains one of these, or is "pressure" alone."""
 
 
 def refuse_vague(measurand: Measurand, points: Points, where: str) -> None:
@@ -58,17 +63,30 @@ def refuse_vague(measurand: Measurand, points: Points, where: str) -> None:
 
 
 def refuse_other_unit(measurand: Measurand, values: Array, celsius: Array, where: str) -> None:
-    """Of a pressure, by that of the air; of a temperature, by what the platform's thermometer read with the shots.
+    """By what is declared to be expected; else of a pressure of the air, by its size, and of a temperature, by what the
+    platform's thermometer read with the shots.
 
     values: of the reference, (n,), at the shots; celsius: (n,), NaN where nothing was read.  Raises InputError for
-    readings that agree with it if they are taken to be in another unit, and else not; and for readings of which none
-    lies within the limits that the measurand declares.
+    readings of which none is as expected, and for those that are right if they are taken to be in another unit.
     """
-    declared, read = unit_of(measurand.unit), np.isfinite(celsius)
-    _refuse_beyond_limits(measurand, values, where)
-    if declared in _PA:
+    if measurand.expected_from is not None and measurand.expected_to is not None:
+        _refuse_unexpected(measurand, measurand.expected_from, measurand.expected_to, values, where)
+    elif measurand.name.casefold() == "temperature":
+        _refuse_other_temperature(measurand, values, celsius, where)
+    elif measurand.name.casefold() == "pressure" or any(each in measurand.name.casefold() for each in _OF_AIR):
         _refuse_other_pressure(measurand, values, where)
-    if measurand.name.casefold() != "temperature" or declared not in _BY_CELSIUS or not read.any():
+
+
+def _refuse_unexpected(measurand: Measurand, low: float, high: float, values: Array, where: str) -> None:
+    if not ((low <= values) & (values <= high)).any():
+        what = "no reading of the reference is as the measurand expects"
+        why = f"it reads {values.min():.5g} to {values.max():.5g} {measurand.unit}, expected are {low:g} to {high:g}"
+        raise InputError(what, where=where, why=why, remedy="check the unit of the readings, or correct expected_from")
+
+
+def _refuse_other_temperature(measurand: Measurand, values: Array, celsius: Array, where: str) -> None:
+    declared, read = unit_of(measurand.unit), np.isfinite(celsius)
+    if declared not in _BY_CELSIUS or not read.any():
         return
     apart = {
         unit: math.sqrt(float(np.mean((values[read] - by_celsius(celsius[read])) ** 2)))
@@ -80,66 +98,75 @@ def refuse_other_unit(measurand: Measurand, values: Array, celsius: Array, where
     what = f"the readings of the reference are in {closest}, it seems, and not in {measurand.unit}"
     why = f"their mean is {float(values[read].mean()):.5g} where the platform's thermometer read "
     why += f"{float(celsius[read].mean()):.4g} degC"
-    raise InputError(what, where=where, why=why, remedy=f"convert them to {measurand.unit}")
-
-
-def _refuse_beyond_limits(measurand: Measurand, values: Array, where: str) -> None:
-    low = -math.inf if measurand.lowest is None else measurand.lowest
-    high = math.inf if measurand.highest is None else measurand.highest
-    if not ((low <= values) & (values <= high)).any():
-        what = "no reading of the reference lies within the limits of the measurand"
-        why = f"it reads {values.min():.5g} to {values.max():.5g} {measurand.unit}, lowest and highest are "
-        why += f"{low:g} and {high:g}"
-        raise InputError(what, where=where, why=why, remedy="check the unit of the readings, or correct the limits")
+    raise InputError(what, where=where, why=why, remedy=f"convert them to {measurand.unit}{_MEANT}")
 
 
 def _refuse_other_pressure(measurand: Measurand, values: Array, where: str) -> None:
-    """Limits that contain all readings say that they are meant."""
-    ends = float(values.min()), float(values.max())
-    meant = measurand.lowest is not None and measurand.highest is not None
-    if meant and measurand.lowest <= ends[0] and ends[1] <= measurand.highest:  # type: ignore[operator]
-        return
-    factor = _PA[unit_of(measurand.unit)]
+    factor = pascals(measurand.unit)
     low, high = AIR_PA
-    if ends[0] * factor <= high and ends[1] * factor >= low:
+    lowest, highest = map(float, np.quantile(values, [0.1, 0.9]))  # a reading may be wrong
+    if factor is None or (lowest * factor <= high and highest * factor >= low):
         return
-    seems = next((u for u, pa in _PA.items() if low <= ends[0] * pa and ends[1] * pa <= high), None)
-    if seems is not None:
-        what = f"the readings of the reference are in {seems}, it seems, and not in {measurand.unit}"
-        why = f"they go from {ends[0]:.5g} to {ends[1]:.5g}, which in {seems} is the pressure of the air"
-        remedy = f"convert them to {measurand.unit}; if they are right, declare lowest and highest that contain them"
-        raise InputError(what, where=where, why=why, remedy=remedy)
+    seem = [unit for unit, pa in _PA.items() if low <= lowest * pa and highest * pa <= high]
+    if seem:
+        what = f"the readings of the reference are in {' or '.join(seem)}, it seems, and not in {measurand.unit}"
+        why = f"they go from {lowest:.5g} to {highest:.5g}, which then is the pressure of the air"
+        raise InputError(what, where=where, why=why, remedy=f"convert them to {measurand.unit}{_MEANT}")
+
+
+def pascals(unit: str) -> float | None:
+    """Of a unit of pressure, as it is written or in other letters where that is no other unit; None: it is none."""
+    exact = _PA.get(unit_of(unit))
+    if exact is not None or unit_of(unit).casefold() == "mpa":  # mPa is not MPa
+        return exact
+    return next((pa for each, pa in _PA.items() if each.casefold() == unit_of(unit).casefold()), None)
 
 
 def refuse_other_scale(
-    before: MeasurandCalibration, f_hz: Array, celsius: Array, values: Array, unit: str, where: str
+    before: MeasurandCalibration, f_hz: Array, celsius: Array, values: Array, measurand: Measurand, where: str
 ) -> None:
     """By an earlier calibration: the same frequencies would read a power of ten more or less.
 
-    f_hz, celsius, values: (n,) of the shots, and of the reference at them.  Raises InputError; a calibration of another
-    quantity says nothing, and neither do shots outside of its range.
+    f_hz, celsius, values: (n,) of the shots, and of the reference at them.  Raises InputError.  A calibration of
+    another quantity or of a model that is not installed says nothing, and neither do shots outside of its range, nor
+    readings that are all as the measurand expects.
     """
     from .sensor import Sensor
 
-    if unit_of(before.unit) != unit_of(unit):
+    scale = _scale_between(before.unit, measurand.unit)
+    low, high = measurand.expected_from, measurand.expected_to
+    meant = low is not None and high is not None and bool(((low <= values) & (values <= high)).all())
+    if before.name != measurand.name or scale is None or meant:
         return
-    sensor, ratios = Sensor.by(before), []
+    try:
+        sensor = Sensor.by(before)
+    except InputError:
+        return
+    pairs = []
     for f, warm, value in zip(f_hz, celsius, values, strict=True):
         try:
             read = sensor.place(float(f), float(warm) if math.isfinite(warm) else None)
         except InputError:
             continue
-        if read * value > 0.0:
-            ratios.append(value / read)
-    if len(ratios) < FACTOR_FEWEST:
+        pairs.append((scale * read, float(value)))
+    if len(pairs) < FACTOR_FEWEST:
         return
-    middle = float(np.median(ratios))
-    decades = round(math.log10(middle))
-    if decades and np.quantile(np.abs(np.array(ratios) / 10.0**decades - 1.0), 0.9) < FACTOR_WITHIN:
+    then, now = np.array(pairs).T
+    slope = float(then @ now) / float(then @ then) if then.any() else 0.0
+    decades = round(math.log10(slope)) if slope > 0.0 else 0
+    left = np.sqrt(np.mean((now / 10.0**decades - then) ** 2) / np.mean(then**2)) if decades else math.inf
+    if left < FACTOR_WITHIN:
         what = "the readings of the reference are in another unit than those of the calibration before, it seems"
-        why = f"they are {10.0**decades:g} times what {before.label} reads of the same frequencies, in {unit}"
-        remedy = f"convert them; if it is {before.label} that is wrong, remove its file"
-        raise InputError(what, where=where, why=why, remedy=remedy)
+        why = f"they are {10.0**decades:g} times what {before.label} reads of the same frequencies, in {measurand.unit}"
+        raise InputError(what, where=where, why=why, remedy=f"convert them{_MEANT}")
+
+
+def _scale_between(one: str, other: str) -> float | None:
+    """A value in the first unit, in the second one; None: not known."""
+    if unit_of(one) == unit_of(other):
+        return 1.0
+    first, second = pascals(one), pascals(other)
+    return None if first is None or second is None else first / second
 
 
 def refuse_other_zone(

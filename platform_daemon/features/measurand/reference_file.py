@@ -130,7 +130,7 @@ def _check_heading(place: str, heading: list[str], measurand: Measurand) -> bool
 
 def unit_of(text: str) -> str:
     """A unit as it is compared: without blanks around it, degrees in letters."""
-    return text.strip().replace("°", "deg")
+    return text.strip().replace("℃", "degC").replace("°", "deg").replace("º", "deg")
 
 
 def _number(cell: str) -> float:

@@ -15,12 +15,12 @@ thermometer, but by just what a change of the unit makes of its temperature only
 
 AIR_PA = (5.5e4, 1.09e5)
 """Pressure of the air from 4800 m above the sea (standard atmosphere) to the highest that was ever seen (1085 hPa):
-where all readings lie in it in another unit, and none in theirs, the heading is wrong, or the range is a vacuum or a
-compressor's, which `lowest` and `highest` then say."""
+where nearly all readings lie in it in another unit, and none in theirs, the heading is wrong, or it is a vacuum or a
+compressor, which `expected_from` and `expected_to` then say."""
 
 FACTOR_WITHIN = 0.03
-"""Of readings over what an earlier calibration reads of the same frequencies, from a power of ten: a sensor that drifts
-by more is none, and no drift is a factor of ten."""
+"""Rms of readings, over a power of ten, minus what an earlier calibration reads of the same frequencies, over the rms
+of these: a sensor that drifts by more is none, and no drift is a factor of ten."""
 FACTOR_FEWEST = 3
 """Shots that an earlier calibration reads before the factor is judged."""
 

@@ -73,7 +73,7 @@ def calibrated(
         raise _no_pair(name, shots, reference)
     if before is not None:
         there = shots.f_hz[usable], shots.celsius[usable], reference.at(shots.times_s[usable])[0]
-        refuse_other_scale(before, *there, measurand.unit, name)
+        refuse_other_scale(before, *there, measurand, name)
     curve, found, points, lag, lag_std = _fitted(name, measurand, shots, reference, usable)
     warm = measurand.corrected_for == "temperature"
     times, celsius = shots.times_s[usable], shots.celsius[usable]

@@ -110,7 +110,7 @@ def indexed_trend(
         from .uncertainty import with_uncertainty  # fits, which nothing else here needs
 
         report = with_uncertainty(report, folder, found, step)
-    if told := undeclared_temperature(report, folder):
+    if told := undeclared_temperature(report, found, folder):
         report = report.model_copy(update={"notes": (*report.notes, *told)})
     if without:
         note = f"left out, because they have no step {step!r}: {', '.join(without)}"

@@ -15,8 +15,9 @@ from drivers.uncertainty import DeclaredUncertainty
 from platform_daemon.core.schemas.fits import unfitted
 from platform_daemon.core.settings import load_specimen
 from platform_daemon.features.certificate.dcc import dcc_xml
+from platform_daemon.features.certificate.page import certificate_page
 from platform_daemon.features.certificate.schema import CertificateReport
-from platform_daemon.features.certificate.words import result_row, result_rows
+from platform_daemon.features.certificate.words import result_row, result_rows, statement
 from platform_daemon.features.certificate.work import certificate_of, misfit_of, read_details, refuse_dominated
 from platform_daemon.features.fit.fit_request import FitSettings
 from platform_daemon.features.fit.measurement import open_shots_for_fit
@@ -214,6 +215,23 @@ def test_a_model_that_does_not_describe_the_shots_is_signed_with_a_reason_only(c
     told = misfit_of(fits, accepting, "file")
     assert "χ²/dof is 3 in the middle" in told
     assert told.endswith("accepted by A. Metrologist: the pendulum's own mode, 2 % of F_m")
+
+
+@pytest.mark.parametrize("said", ["   ", "\u200b", "seen\u0007", "two\nlines"])
+def test_a_reason_that_cannot_be_printed_is_none(said, tmp_path):
+    (tmp_path / "details.toml").write_text(f"accepted_misfit = {json.dumps(said)}\n" + DETAILS)
+    with pytest.raises(pd_.InputError, match=r"accepted_misfit.*words in one line that can be printed"):
+        read_details(tmp_path / "details.toml")
+
+
+def test_a_misfit_that_was_accepted_stands_in_the_statement_of_all_forms(issued, schema):
+    report = CertificateReport.model_validate_json((issued / "c.json").read_bytes())
+    told = report.model_copy(update={"accepted_misfit": "χ²/dof is 3; accepted by A. Metrologist: a test"})
+    assert "does not contain the error of the model: χ²/dof is 3; accepted by A." in statement(told)
+    document = dcc_xml(told)
+    assert schema.validate(etree.fromstring(document))
+    assert "accepted by A. Metrologist: a test" in document.decode()
+    assert "accepted by A. Metrologist: a test" in certificate_page(told).decode()
 
 
 @pytest.mark.parametrize("of_sensor", [False, True])
