@@ -67,8 +67,9 @@ def certificate(
         issued=datetime.now(UTC).date(),
         coverage=coverage,
     )
+    printed = certificate_pdf(report)  # before anything is written: it may be refused
     write_page(html, certificate_page(report))
-    write_file(pdf, certificate_pdf(report))
+    write_file(pdf, printed)
     write_file(xml, dcc_xml(report))
     write_json(json_file, report)
     for each in report.results:

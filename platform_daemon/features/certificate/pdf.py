@@ -9,6 +9,9 @@ from pathlib import Path
 import matplotlib
 from fpdf import FPDF
 from fpdf.enums import DocumentCompliance
+from fpdf.fonts import TTFFont
+
+from drivers.errors import InputError
 
 from .schema import CertificateReport
 from .words import TITLE, facts, known_with, result_rows, sensor_rows, sensor_statement, statement
@@ -33,7 +36,7 @@ class _Document(FPDF):
 
 
 def certificate_pdf(report: CertificateReport) -> bytes:
-    """The document; the same report gives the same bytes."""
+    """The document; the same report gives the same bytes.  Raises InputError for signs that its font does not have."""
     pdf = _Document(f"{TITLE} {report.number}")
     pdf.set_creation_date(datetime.fromisoformat(f"{report.issued}T00:00:00+00:00"))
     pdf.set_title(f"{TITLE} {report.number}")
@@ -41,6 +44,7 @@ def certificate_pdf(report: CertificateReport) -> bytes:
     fonts = Path(matplotlib.get_data_path(), "fonts", "ttf")
     pdf.add_font(_FONT, "", fonts / "DejaVuSans.ttf")
     pdf.add_font(_FONT, "B", fonts / "DejaVuSans-Bold.ttf")
+    _refuse_missing_signs(pdf, report)
     pdf.set_auto_page_break(True, 20)
     pdf.add_page()
     pdf.set_font(_FONT, "B", 15)
@@ -62,6 +66,17 @@ def certificate_pdf(report: CertificateReport) -> bytes:
     pdf.ln(14)
     _paragraph(pdf, f"{report.person}, {report.laboratory.name}                    Date:")
     return bytes(pdf.output())
+
+
+def _refuse_missing_signs(pdf: FPDF, report: CertificateReport) -> None:
+    """They would be left out of what is signed."""
+    font = pdf.fonts[_FONT.lower()]
+    assert isinstance(font, TTFFont)
+    missing = sorted({sign for sign in report.model_dump_json() if ord(sign) not in font.cmap and sign.isprintable()})
+    if missing:
+        what, why = "the certificate cannot be printed", f"its font has no sign for {' '.join(missing)}"
+        remedy = "write names and reasons in Latin, Greek or Cyrillic letters"
+        raise InputError(what, where=report.number, why=why, remedy=remedy)
 
 
 def _table(pdf: FPDF, rows: Sequence[Sequence[str]], widths: tuple[int, ...] | None = None) -> None:

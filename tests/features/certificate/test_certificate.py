@@ -16,6 +16,7 @@ from platform_daemon.core.schemas.fits import unfitted
 from platform_daemon.core.settings import load_specimen
 from platform_daemon.features.certificate.dcc import dcc_xml
 from platform_daemon.features.certificate.page import certificate_page
+from platform_daemon.features.certificate.pdf import certificate_pdf
 from platform_daemon.features.certificate.schema import CertificateReport
 from platform_daemon.features.certificate.words import result_row, result_rows, statement
 from platform_daemon.features.certificate.work import certificate_of, misfit_of, read_details, refuse_dominated
@@ -232,6 +233,13 @@ def test_a_misfit_that_was_accepted_stands_in_the_statement_of_all_forms(issued,
     assert schema.validate(etree.fromstring(document))
     assert "accepted by A. Metrologist: a test" in document.decode()
     assert "accepted by A. Metrologist: a test" in certificate_page(told).decode()
+
+
+def test_a_name_whose_signs_the_font_does_not_have_is_refused_and_not_left_out(issued):
+    report = CertificateReport.model_validate_json((issued / "c.json").read_bytes())
+    assert certificate_pdf(report.model_copy(update={"person": "Łukasz Жуков"}))
+    with pytest.raises(pd_.InputError, match=r"its font has no sign for 字 漢.*Latin"):
+        certificate_pdf(report.model_copy(update={"person": "漢字"}))
 
 
 @pytest.mark.parametrize("of_sensor", [False, True])

@@ -1,4 +1,4 @@
-// What happens, as it happens: one event stream for all tabs of a browser, and the state of the platform each second.
+// What happens, as it happens: one event stream for all tabs of a browser, and every one to three seconds the state.
 //
 // The tab that holds the lock "platform-daemon-leader" reads, and tells the other tabs by a BroadcastChannel.  A tab that
 // is hidden gives the lock away: browsers slow its timers down to once a minute.  Web locks exist only on localhost and
