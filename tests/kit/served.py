@@ -53,11 +53,13 @@ class Served:
 
 
 @contextmanager
-def served(data, *options):
+def served(data, *options, checkout=None):
+    """checkout: folder of another one, with its .venv, whose program is served; None: this one."""
+    program = COMMAND if checkout is None else checkout / ".venv/bin" / COMMAND.name
     port = () if "--port" in options else ("--port", "0")
-    command = [COMMAND, "serve", *port, "--data", data, *options]
+    command = [program, "serve", *port, "--data", data, *options]
     with data.with_suffix(".log").open("w") as log:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True, cwd=checkout)
         try:
             address, stop = (process.stdout.readline().split()[-1] for _ in range(2))
             running = Served(process, address, stop, data)
@@ -70,8 +72,8 @@ def served(data, *options):
 
 
 @contextmanager
-def ready(data, *options):
+def ready(data, *options, checkout=None):
     """As `served`, once everything is warmed up."""
-    with served(data, *options) as running:
+    with served(data, *options, checkout=checkout) as running:
         wait_for(lambda: running.get("/ready").status_code == 200, timeout=300)
         yield running

@@ -109,6 +109,35 @@ def beside_a_series(browser, daemon, count):
         each.context.close()
 
 
+def against(browser, data, checkout):
+    """The browser's share beside a series, and that of another checkout's page at the same time: how fast the computer
+    is, and what else it does, is the same for both."""
+    before = _browser()
+    other = browser.browser_type.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+    with (
+        ready(data, *REAL_TIME) as here,
+        ready(data.with_name("other"), *REAL_TIME, checkout=checkout.resolve()) as there,
+    ):
+        _watch_series(other, there)
+        theirs = [each for each in _browser() if each not in before]
+        page = _watch_series(browser, here)
+        both = [each for each in _browser() if each not in theirs], theirs
+        began = [_busy_s(each) for each in both]
+        page.wait_for_timeout(WATCHED_S * 1000)
+        shares = [100 * (_busy_s(each) - was) / WATCHED_S for each, was in zip(both, began, strict=True)]
+    other.close()
+    yield "the browser itself, this page", f"{shares[0]:.1f} % of a core", "3 %"
+    yield f"the browser itself, page of {checkout}, at the same time", f"{shares[1]:.1f} % of a core", "-"
+
+
+def _watch_series(browser, daemon):
+    page = visit(browser, daemon.address).page
+    page.get_by_text("Newest events").wait_for(timeout=120_000)
+    daemon.post("/acquisitions", SERIES)
+    page.wait_for_timeout(4000)
+    return page
+
+
 def _browser():
     return [each for each in psutil.Process().children(recursive=True) if "chrom" in each.name()]
 
@@ -178,21 +207,27 @@ PARTS = {
     "first": on_a_daemon(first_view),
     **{str(count): on_a_daemon(partial(beside_a_series, count=count), *REAL_TIME) for count in (0, 1, 10, 50)},
     "stop": on_a_daemon(stop_and_halt),
+    "against": lambda browser, data, options: against(browser, data, options.against),
     "lists": lambda browser, data, options: lists(browser, data),
     "soak-short": lambda browser, data, options: short_soak(browser, data),
     "soak": lambda browser, data, options: soak(browser, data, options.shots, 60 * options.minutes),
 }
+ASKED_FOR = ("against", "soak-short", "soak")
+"""Parts that are measured only if they are named."""
 
 
 def main() -> None:
     """Measure, print the rows of the table, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--page", type=Path, help="write the table there")
-    parser.add_argument("--parts", nargs="+", choices=PARTS, default=[name for name in PARTS if "soak" not in name])
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=[each for each in PARTS if each not in ASKED_FOR])
+    parser.add_argument("--against", type=Path, help="another checkout, installed, for the part of that name")
     parser.add_argument("--journal", type=Path, help="rows of parts that were measured before, and of these")
     parser.add_argument("--shots", type=int, default=20_000, help="of the soak")
     parser.add_argument("--minutes", type=float, default=120.0, help="of the soak, at most")
     options = parser.parse_args()
+    if "against" in options.parts and options.against is None:
+        parser.error("--parts against needs --against FOLDER")
     kept = options.journal is not None and options.journal.exists()
     rows: dict[str, list[tuple[str, str, str]]] = json.loads(options.journal.read_text()) if kept else {}
     with sync_playwright() as p:
