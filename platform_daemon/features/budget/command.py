@@ -96,7 +96,8 @@ def budget(
         print(off_centre_line(everything.off_centre))
     if quantity == _ALL and everything.direction is not None:
         cone = math.degrees(everything.direction.cone_rad)
-        print(f"direction of the rotor: within a cone of {cone:.2g} degrees ({coverage:.0%})")
+        known = f"within a cone of {cone:.2g} degrees" if everything.direction.cone_rad < math.pi else "not known"
+        print(f"direction of the rotor: {known} ({coverage:.0%})")
 
 
 def _trials(draws: float | None) -> int | None:

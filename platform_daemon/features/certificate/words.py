@@ -65,7 +65,8 @@ def statement(report: CertificateReport) -> str:
     if report.accepted_misfit is not None:
         text += f" U does not contain the error of the model: {report.accepted_misfit}."
     if report.cone_rad is not None:
-        text += f" The orientation of the rotor is known within a cone of {math.degrees(report.cone_rad):.2g}°."
+        known = f"known within a cone of {math.degrees(report.cone_rad):.2g}°"
+        text += f" The orientation of the rotor is {known if report.cone_rad < math.pi else 'not known'}."
     return text
 
 
