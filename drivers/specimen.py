@@ -139,11 +139,10 @@ class Measurand(_Section):
     highest: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
         default=None, description="An alarm is raised for readings above it, in `unit`; null: none."
     )
-
     expected_from: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
         default=None,
-        description="A reference of which no reading lies from here to `expected_to` is refused, and readings that all "
-        "do are taken for what they say, in `unit`; null: nothing is expected.",
+        description="A reference of which no reading lies from here to `expected_to` is refused, and no other rule "
+        "judges their unit; in `unit`; null: nothing is expected.",
     )
     expected_to: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
         default=None, description="See `expected_from`; both are given, or neither."

@@ -9,7 +9,7 @@ import numpy as np
 from .budget import checked_coverage
 from .inputs import Array
 
-_ANGLES = 720  # of the circle: the mean over a smooth function of it converges with their number, not a power of it
+_ANGLES = 720  # of the circle, over which the mean of a smooth function is exact to more digits than are told
 
 
 def cone_angle(rotation: Array, coverage: float, dof: float = math.inf) -> float:
@@ -34,7 +34,6 @@ def cone_angle(rotation: Array, coverage: float, dof: float = math.inf) -> float
         return 0.0
     t = 2.0 * math.pi * (np.arange(_ANGLES) + 0.5) / _ANGLES
     along = np.cos(t) ** 2 + max(0.0, b / a) * np.sin(t) ** 2
-
     n = math.inf if math.isinf(dof) else max(1.0, math.floor(dof + 1e-9))  # cut as for a coverage factor
 
     def missed(square: float) -> float:

@@ -37,8 +37,7 @@ def test_the_site_shows_a_notebook_as_it_is_with_the_outputs_of_a_run(name):
     assert [cell.execution_count for cell in code(shown)] == list(range(1, len(code(shown)) + 1))
     assert not any(output.output_type == "error" for cell in code(shown) for output in cell.outputs)
     text = (SHOWN / name).read_text()
-    assert "/home/" not in text
-    assert "/tmp/" not in text
+    assert [each for each in ("home", "root", "tmp", "Users") if f"/{each}/" in text] == []  # of whoever ran it
     assert len(text) < 400_000
 
 

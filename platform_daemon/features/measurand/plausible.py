@@ -102,7 +102,7 @@ def _refuse_other_temperature(measurand: Measurand, values: Array, celsius: Arra
 
 
 def _refuse_other_pressure(measurand: Measurand, values: Array, where: str) -> None:
-    factor = pascals(measurand.unit)
+    factor = _pascals(measurand.unit)
     low, high = AIR_PA
     lowest, highest = map(float, np.quantile(values, [0.1, 0.9]))  # a reading may be wrong
     if factor is None or (lowest * factor <= high and highest * factor >= low):
@@ -114,7 +114,7 @@ def _refuse_other_pressure(measurand: Measurand, values: Array, where: str) -> N
         raise InputError(what, where=where, why=why, remedy=f"convert them to {measurand.unit}{_MEANT}")
 
 
-def pascals(unit: str) -> float | None:
+def _pascals(unit: str) -> float | None:
     """Of a unit of pressure, as it is written or in other letters where that is no other unit; None: it is none."""
     exact = _PA.get(unit_of(unit))
     if exact is not None or unit_of(unit).casefold() == "mpa":  # mPa is not MPa
@@ -128,15 +128,13 @@ def refuse_other_scale(
     """By an earlier calibration: the same frequencies would read a power of ten more or less.
 
     f_hz, celsius, values: (n,) of the shots, and of the reference at them.  Raises InputError.  A calibration of
-    another quantity or of a model that is not installed says nothing, and neither do shots outside of its range, nor
-    readings that are all as the measurand expects.
+    another quantity or of a model that is not installed says nothing, and neither do shots outside of its range; where
+    it is declared which readings are expected, that decides.
     """
     from .sensor import Sensor
 
     scale = _scale_between(before.unit, measurand.unit)
-    low, high = measurand.expected_from, measurand.expected_to
-    meant = low is not None and high is not None and bool(((low <= values) & (values <= high)).all())
-    if before.name != measurand.name or scale is None or meant:
+    if before.name != measurand.name or scale is None or measurand.expected_from is not None:
         return
     try:
         sensor = Sensor.by(before)
@@ -165,7 +163,7 @@ def _scale_between(one: str, other: str) -> float | None:
     """A value in the first unit, in the second one; None: not known."""
     if unit_of(one) == unit_of(other):
         return 1.0
-    first, second = pascals(one), pascals(other)
+    first, second = _pascals(one), _pascals(other)
     return None if first is None or second is None else first / second
 
 

@@ -119,19 +119,16 @@ def test_lost_magnetisation_is_found_in_files_and_said_by_name(kept, tmp_path):
         assert relative == pytest.approx(expected[name], rel=0.05)
 
 
-def test_a_temperature_that_changed_is_told_while_no_coefficient_is_declared(kept, tmp_path):
-    for file in kept.glob("*.h5"):
-        shutil.copy(file, tmp_path)
-    update_index(tmp_path)
-    (note,) = [each for each in indexed_trend(tmp_path, "T 1").notes if "temperature_coefficient_per_k" in each]
+def test_a_temperature_that_changed_is_told_while_no_coefficient_is_declared(folder):
+    (note,) = [each for each in indexed_trend(folder, "T 1").notes if "temperature_coefficient_per_k" in each]
     assert "is not declared for f_nat_hz: the temperature changed by" in note
     assert "Hz/K: declare it" in note
-    newest = tmp_path / "T-1-069.h5"
+    newest = folder / "T-1-069.h5"
     with h5py.File(newest, "r+") as h5:
         text = h5[CONFIGURATION][()].decode() + "[uncertainty.temperature_coefficient_per_k]\nf_nat_hz = -0.1\n"
         h5[CONFIGURATION][()] = text
-    update_index(tmp_path)
-    assert not any("temperature_coefficient_per_k" in each for each in indexed_trend(tmp_path, "T 1").notes)
+    update_index(folder)
+    assert not any("temperature_coefficient_per_k" in each for each in indexed_trend(folder, "T 1").notes)
 
 
 @pytest.mark.long
