@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from platform_daemon.diagnosis.rigid_body.defects import ManufacturingError
+from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError
@@ -65,18 +66,22 @@ def parting(rotor: ManufacturingError, pool: Executor) -> tuple[Proposal, ...]:
         return ()
     count, present = len(rotor.fit.shots), [max(0.0, a.rise) for a in rotor.alike]
     ways = {"more_shots": [math.sqrt((1.0 + _LIMITS.more_shots_ratio) * rise) for rise in present]}
-    for key, plan in PLANS.items():
+
+    def further(key: str) -> list[float] | None:
         try:
-            further = [count * _difference(plan, rotor.fit, a.fit, pool) for a in rotor.alike]
+            return [count * _difference(PLANS[key], rotor.fit, a.fit, pool) for a in rotor.alike]
         except (NoRestError, LostRotorError, np.linalg.LinAlgError):
-            continue
-        ways[key] = [math.sqrt(now + later) for now, later in zip(present, further, strict=True)]
-    found = []
+            return None
+
+    for key, found in zip(PLANS, beside_each_other(further, PLANS), strict=True):
+        if found is not None:
+            ways[key] = [math.sqrt(now + later) for now, later in zip(present, found, strict=True)]
+    proposals = []
     for key, expected in ways.items():
         apart = [k for k, sigma in enumerate(expected) if sigma >= _LIMITS.apart_sigma] or [int(np.argmax(expected))]
         ids = tuple(dict.fromkeys((rotor.effect.id, *(rotor.alike[k].effect.id for k in apart))))
-        found.append(Proposal(MEASUREMENTS[key], ids, min(expected[k] for k in apart)))
-    return tuple(sorted(found, key=lambda p: -p.expected_sigma))
+        proposals.append(Proposal(MEASUREMENTS[key], ids, min(expected[k] for k in apart)))
+    return tuple(sorted(proposals, key=lambda p: -p.expected_sigma))
 
 
 def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: RotorFit, pool: Executor) -> float:

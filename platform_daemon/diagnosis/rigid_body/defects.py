@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from platform_daemon.diagnosis.effects.effect import Effect
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.parameters import Mean
+from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.noise.model import level_sd as noise_level_sd
 from platform_daemon.estimation.numerics.arrays import Array
@@ -31,6 +31,7 @@ from platform_daemon.estimation.rotor_fit.parameters import (
     HELD_WITH_A_DEFECT,
     KNOWN_WITH_A_DEFECT,
     Defect,
+    free_parameters,
 )
 
 from .each_shot import each_alone
@@ -157,9 +158,8 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         fits = each_alone(shots, of_first[0], pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
-            for rival in of_first[1:]:
-                with suppress(RotorFitError):
-                    together.append(_together_instead(together[0], of_first[0], rival, pool))
+            rivals = beside_each_other(lambda r: _together_instead(together[0], of_first[0], r, pool), of_first[1:])
+            together += [fit for fit in rivals if fit is not None]
         else:
             together = of_first
         excess_sigma = _excess_sigma(base, min(together, key=total_chi2))
@@ -250,35 +250,27 @@ def _together(fits: Sequence[RotorFit], pool: Executor) -> RotorFit:
     return fit_rotor(start, fits[0].defect, pool, first_window_s=longest_s(start))
 
 
-def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: Executor) -> RotorFit:
-    """All shots with another error, which begin as far from the joint fit as the first shot's two fits are apart.
-
-    Raises RotorFitError.
-    """
+def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: Executor) -> RotorFit | None:
+    """All shots with another error, which begin as far from the joint fit as the first shot's two fits are apart; None:
+    they find no such rotor."""
     one, other = first.values[0], rival.values[0]
     turn = first.shots[0].rotor(one).rotation.T @ rival.shots[0].rotor(other).rotation
+    size = rival.strength[0] * joint.strength[0] / first.strength[0]
     begun = []
     for shot, v in zip(joint.shots, joint.values, strict=True):
-        values = replace(
-            other,
-            f_nat_hz=v.f_nat_hz + other.f_nat_hz - one.f_nat_hz,
-            m_r_am2=v.m_r_am2 * other.m_r_am2 / one.m_r_am2,
-            rotation=shot.rotor(v).rotation @ turn,
-            turn_u_rad=0.0,
-            turn_v_rad=0.0,
-            turn_w_rad=0.0,
-            drive_size=v.drive_size * other.drive_size / one.drive_size,
-            drive_delay_s=v.drive_delay_s + other.drive_delay_s - one.drive_delay_s,
-        ).with_numbers(v.start)
-        if one.tf_over_i_rad_per_s2 > 0.0:
-            ratio = v.tf_over_i_rad_per_s2 / one.tf_over_i_rad_per_s2
-            values = replace(
-                values,
-                tf_over_i_rad_per_s2=other.tf_over_i_rad_per_s2 * ratio,
-                friction_coefficient=v.friction_coefficient * other.friction_coefficient / one.friction_coefficient,
-            )
-        begun.append(replace(shot, values=values))
-    return fit_rotor(begun, rival.defect, pool, first_window_s=longest_s(begun))
+        moved = {
+            p.name: p.moved(getattr(other, p.name), p.apart(getattr(one, p.name), getattr(v, p.name)))
+            for p in free_parameters(shot.geometry, (), shot.start)
+        }
+        as_far = other.with_numbers({**moved, **v.start, defect_of(rival): size})
+        rotation = shot.rotor(v).rotation @ turn
+        begun.append(
+            replace(shot, values=replace(as_far, rotation=rotation, turn_u_rad=0.0, turn_v_rad=0.0, turn_w_rad=0.0))
+        )
+    try:
+        return fit_rotor(begun, rival.defect, pool, first_window_s=longest_s(begun))
+    except RotorFitError:
+        return None
 
 
 def _means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:

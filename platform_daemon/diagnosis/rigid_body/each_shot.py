@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
@@ -25,8 +26,10 @@ _LIMITS = THRESHOLDS.rigid_body
 
 def each_alone(shots: Sequence[RotorShot], first: RotorFit, pool: Executor) -> list[RotorFit]:
     """Fits of each shot alone, that of the first one given.  Raises RotorFitError."""
+    if all(shot.start != "swing" for shot in shots[1:]):
+        return [first, *beside_each_other(lambda shot: _like(shot, shots[0], [first], pool), shots[1:])]
     fits = [first]
-    for shot in shots[1:]:
+    for shot in shots[1:]:  # what is left of the swing of the one before is where each one begins
         fits.append(_like(shot, shots[0], fits, pool))
     return fits
 

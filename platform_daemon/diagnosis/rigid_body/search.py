@@ -8,6 +8,7 @@ from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.physics.rigid_rotor.contact_law import ContactLaw
 from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
@@ -162,13 +163,19 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
         best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
     # A kind that has not begun or went astray in a window begins from the one that explains the whole shot.
     leader = next(iter(best.values()))
-    late = []
-    for missing in [d for d in DEFECTS if d not in {d for d, *_ in best}]:
-        with suppress(RotorFitError):
-            again = replace(shot, values=_instead(leader, missing, field[0].known, pool))
-            late.append(fit_rotor([again], missing, pool, first_window_s=_LIMITS.exchange_window_s, beside=leader))
-    near = [f for f in late if rise(f, leader) < FIT_LIMITS.rigid_rotor.rival_chi2]
+    missing = [d for d in DEFECTS if d not in {d for d, *_ in best}]
+    late = beside_each_other(lambda defect: _late(leader, defect, field[0].known, pool), missing)
+    near = [f for f in late if f is not None and rise(f, leader) < FIT_LIMITS.rigid_rotor.rival_chi2]
     return sorted([*best.values(), *near], key=total_chi2)
+
+
+def _late(leader: RotorFit, missing: Defect, known: RotorValues, pool: Executor) -> RotorFit | None:
+    """The whole shot with another error, that begins from the one that explains it; None: it finds no such rotor."""
+    try:
+        again = replace(leader.shots[0], values=_instead(leader, missing, known, pool))
+        return fit_rotor([again], missing, pool, first_window_s=_LIMITS.exchange_window_s, beside=leader)
+    except RotorFitError:
+        return None
 
 
 def _instead(found: RotorFit, rival: Defect, known: RotorValues, pool: Executor) -> RotorValues:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 class InlineExecutor(Executor):
@@ -30,11 +33,26 @@ class InlineExecutor(Executor):
 @contextmanager
 def shot_pool() -> Iterator[Executor]:
     """One thread per core; an exception such as Ctrl-C does not wait for running tasks."""
-    with threadpool_limits(1, user_api="blas"):
-        pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
-        try:
-            yield pool
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-        pool.shutdown()
+    with threadpool_limits(1, user_api="blas"), _threads() as pool:
+        yield pool
+
+
+def beside_each_other(task: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+    """Results of tasks that wait for a pool most of the time, so that one uses the cores while another one cannot.
+
+    Each has a thread of its own, because a task would deadlock if it waited for its own pool.  The first one in order
+    that fails raises.
+    """
+    with _threads() as threads:
+        return list(threads.map(task, items))
+
+
+@contextmanager
+def _threads() -> Iterator[Executor]:
+    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+    try:
+        yield pool
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()

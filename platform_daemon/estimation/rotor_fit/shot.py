@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -118,28 +118,79 @@ def linearised(
     shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter], window_s: float, pool: Executor
 ) -> Linearised:
     """By forward differences at the steps of the motion itself.  Raises NoRestError, LostRotorError."""
-    n = shot.count(window_s)
-    model, steps = shot.rotor(values).dm_dt(n, shot.rate_hz)
-    residual = shot.whitened(shot.samples[:, :n] - model)
-
-    def columns_of(some: Sequence[FreeParameter]) -> list[Array]:
-        moved = [values.with_numbers({p.name: p.moved(getattr(values, p.name), p.step)}) for p in some]
-        others, _ = motions_beside([shot.rotor(each) for each in moved], n, shot.rate_hz, steps)
-        return [shot.whitened((_found(other) - model) / p.step) for other, p in zip(others, some, strict=True)]
-
-    groups = [free[k : k + LANES] for k in range(0, len(free), LANES)]
-    columns = np.array([column for group in pool.map(columns_of, groups) for column in group])
-    return Linearised(
-        columns @ columns.T,
-        columns @ residual,
-        float(residual @ residual),
-        residual.size,
-        columns.astype(np.float32),
-        residual,
-    )
+    (found,) = all_linearised([shot], [values], [free], window_s, pool)
+    return found
 
 
-def _found(dm_dt: Array | None) -> Array:
-    if dm_dt is None:
-        raise LostRotorError("the motion of a neighbour cannot be followed")
-    return dm_dt
+def all_linearised(
+    shots: Sequence[RotorShot],
+    values: Sequence[RotorValues],
+    free: Sequence[Sequence[FreeParameter]],
+    window_s: float,
+    pool: Executor,
+) -> Iterator[Linearised]:
+    """Of each shot, one after the other, while the pool is busy with all of them.
+
+    A motion that chooses its steps leaves lanes for the first columns; the others follow at its steps.
+
+    Raises NoRestError, LostRotorError.
+    """
+    rows = list(zip(shots, values, free, strict=True))
+    begun = [pool.submit(_motion, shot, v, p, window_s) for shot, v, p in rows]
+    motions, waiting = [], []
+    for (shot, v, p), future in zip(rows, begun, strict=True):
+        motion = future.result()
+        groups = [p[k : k + LANES] for k in range(LANES - 1, len(p), LANES)]
+        waiting.append([pool.submit(_columns, shot, v, group, motion) for group in groups])
+        motions.append(motion)
+    for (shot, *_), motion in zip(rows, motions, strict=True):
+        columns = np.array([*motion.columns, *(c for group in waiting.pop(0) for c in group.result())])
+        residual = shot.whitened(shot.samples[:, : motion.samples.shape[1]] - motion.samples)
+        yield Linearised(
+            columns @ columns.T,
+            columns @ residual,
+            float(residual @ residual),
+            residual.size,
+            columns.astype(np.float32),
+            residual,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """dm/dt, (3, n), the first columns of the Jacobian, and the ends of the steps."""
+
+    samples: Array
+    columns: list[Array]
+    steps: Array
+
+
+def _motion(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter], window_s: float) -> _Motion:
+    """Raises NoRestError, LostRotorError."""
+    n, first = shot.count(window_s), free[: LANES - 1]
+    samples, others, steps = shot.rotor(values).dm_dt_beside(_neighbours(shot, values, first), n, shot.rate_hz)
+    return _Motion(samples, _differences(shot, samples, others, first), steps)
+
+
+def _columns(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter], motion: _Motion) -> list[Array]:
+    """Raises NoRestError, LostRotorError."""
+    n = motion.samples.shape[1]
+    others, _ = motions_beside(_neighbours(shot, values, free), n, shot.rate_hz, motion.steps)
+    return _differences(shot, motion.samples, others, free)
+
+
+def _neighbours(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter]) -> list[RigidRotor]:
+    """Rotors of which one parameter is moved by its step."""
+    return [shot.rotor(values.with_numbers({p.name: p.moved(getattr(values, p.name), p.step)})) for p in free]
+
+
+def _differences(
+    shot: RotorShot, samples: Array, others: Sequence[Array | None], free: Sequence[FreeParameter]
+) -> list[Array]:
+    """Whitened, per unit of each parameter.  Raises LostRotorError."""
+    found = []
+    for other, p in zip(others, free, strict=True):
+        if other is None:
+            raise LostRotorError("the motion of a neighbour cannot be followed")
+        found.append(shot.whitened((other - samples) / p.step))
+    return found

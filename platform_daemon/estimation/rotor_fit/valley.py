@@ -15,7 +15,7 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError,
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .parameters import Defect, FreeParameter, free_parameters
-from .shot import Linearised, RotorShot, linearised
+from .shot import Linearised, RotorShot, all_linearised
 
 LIMITS = THRESHOLDS.rigid_rotor
 
@@ -118,15 +118,16 @@ class Valley:
     def linearised(self, values: Sequence[RotorValues], pool: Executor) -> _Normal:
         """Raises RotorFitError."""
         layout = self._layout
-        by_shot, matrix, gradient = [], np.zeros((layout.size, layout.size)), np.zeros(layout.size)
-        for shot, v, free, places in zip(self._shots, values, layout.free, layout.places, strict=True):
-            try:
-                found = linearised(shot, v, free, self._window_s, pool)
-            except (NoRestError, LostRotorError) as error:
-                raise RotorFitError(str(error)) from None
-            matrix[np.ix_(places, places)] += found.matrix
-            gradient[list(places)] += found.gradient
-            by_shot.append(found)
+        by_shot: list[Linearised] = []
+        matrix, gradient = np.zeros((layout.size, layout.size)), np.zeros(layout.size)
+        try:
+            found = all_linearised(self._shots, values, layout.free, self._window_s, pool)
+            for one, places in zip(found, layout.places, strict=True):
+                matrix[np.ix_(places, places)] += one.matrix
+                gradient[list(places)] += one.gradient
+                by_shot.append(one)
+        except (NoRestError, LostRotorError) as error:
+            raise RotorFitError(str(error)) from None
         weight, pull, known = layout.prior(values, self._first)
         matrix[np.diag_indices(layout.size)] += weight
         chi2 = [one.chi2 for one in by_shot]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -348,11 +348,21 @@ class RigidRotor:
 
         Raises NoRestError, LostRotorError.
         """
-        motions, ends = motions_beside([self], samples, rate_hz)
+        found, _, ends = self.dm_dt_beside((), samples, rate_hz)
+        return found, ends
+
+    def dm_dt_beside(
+        self, neighbours: Sequence[RigidRotor], samples: int, rate_hz: float
+    ) -> tuple[Array, list[Array | None], Array]:
+        """dm/dt as `dm_dt` has it, that of up to LANES - 1 neighbours at the same steps, and the ends of the steps, s.
+
+        Raises NoRestError, and LostRotorError for this rotor; a neighbour whose motion runs away is None.
+        """
+        motions, ends = motions_beside([self, *neighbours], samples, rate_hz)
         last_s = self.drive.rx_start_s + self.values.drive_delay_s + (samples - 1) / rate_hz
         if ends.size == 0 or ends[-1] < last_s:
             raise LostRotorError("the rotor's motion cannot be followed")
-        (found,) = motions
+        found = motions[0]
         if found is None:
             raise LostRotorError("the rotor's motion runs away")
-        return found, ends
+        return found, motions[1:], ends
