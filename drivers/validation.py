@@ -72,7 +72,8 @@ def validated(model: type[Model], table: Mapping[str, Any], where: str) -> Model
         listed(found),
         where=where,
         why=f"{len(found)} keys are wrong" if len(found) > 1 else "",
-        remedy="correct the key; the shipped file of the same kind has every key with its unit",
+        remedy="correct the key; the shipped file of the same kind, or --help of the command, has every key with its "
+        "unit",
     )
 
 

@@ -57,7 +57,7 @@ def prove_lines(platform: Platform) -> None:
 
 
 def _raised(platform: Platform, timeline: Timeline, length_s: float) -> bool | None:
-    """Play the line; returns the result of `_follows`."""
+    """Play the line, high for `length_s`, s, and stop the card; returns the result of `_follows`."""
     platform.card.program(timeline)
     platform.card.arm()
     begun_s = time.monotonic()

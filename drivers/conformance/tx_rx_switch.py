@@ -41,7 +41,7 @@ class SwitchContract:
         assert 0 < timing.total_s < 1
 
     def test_a_command_returns_when_the_contacts_have_arrived(self, switch: TxRxSwitch) -> None:
-        """To and fro, and twice the same."""
+        """To RECEIVE and back, each commanded twice; or RECEIVE is refused, and the contacts stay on TRANSMIT."""
         try:
             switch.to_receive()
         except DeviceStateError:

@@ -60,9 +60,7 @@ class RedPitayaCard:
         self._uncertain = False  # a board refused a command or did not answer while it was programmed
         self._timeline: Timeline | None = None
         self._programs: tuple[BoardProgram, ...] = ()
-        self._compiled_for: tuple[Timeline, float] | None = (
-            None  # timeline and full scale of `_programs`, for the next shot
-        )
+        self._compiled_for: tuple[Timeline, float] | None = None  # timeline and full scale, V, of `_programs`
         self._reader = Reader(self.boards, (), start=0, total=0, chunk=1)
         self._pins = PinLines(where=self.boards[0].where, boards={}, edges=())
         try:

@@ -110,9 +110,9 @@ def with_one_angle_error(
 
 
 def said_of(off: Mapping[str, float], std: Mapping[str, float | None]) -> tuple[str, ...]:
-    """A note where it is more than the noise makes of a constant.
+    """The note of a fit, in a tuple: which constants are off by more than their standard deviation; (): none is.
 
-    off: see one_angle_error; std: by public name, without it.
+    off: as one_angle_error returns it; std: by public name, SI, of the noise alone; None: held.
     """
     large = [f"{n} by {value:.2g}" for n, value in off.items() if (noise := std.get(n)) and abs(value) > noise]
     if not large:

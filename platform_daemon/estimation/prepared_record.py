@@ -118,7 +118,10 @@ def _refuse_slow_change(prepared: PreparedRecord, window: Window) -> None:
     """Refuse what is no oscillation of a resonator: it lasts for less than a period, or for a few far too slow ones.
 
     Strong noise at low frequencies, or a drift, is the strongest feature where it hides the signal.
+
+    Raises RefusedError.
     """
+    # D30 ends with the decay, so its periods count; another window may be short by choice: those of the record count.
     record, frequency = prepared.record, prepared.frequency_hz
     whole = (record.end - record.valid_from) * record.dt_s * frequency
     periods = prepared.periods if window == "d30" else whole

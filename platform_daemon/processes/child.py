@@ -55,7 +55,8 @@ class Child:
         self, name: str, options: ServeOptions, *, sockets: Sequence[int] = (), files: Sequence[int] = ()
     ) -> None:
         self.name = name
-        command = [sys.executable, "-m", "platform_daemon.processes", name, options.model_dump_json()]
+        # -P: the same installation as this process, whatever other checkout is the working directory
+        command = [sys.executable, "-P", "-m", "platform_daemon.processes", name, options.model_dump_json()]
         self.process = subprocess.Popen(
             [*command, *map(str, sockets)],
             stdin=subprocess.PIPE,

@@ -24,7 +24,7 @@ class Served:
         children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
         for pid in children:
             words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
-            if words[2:4] == [b"platform_daemon.processes", name.encode()]:
+            if words[3:5] == [b"platform_daemon.processes", name.encode()]:
                 return int(pid)
         return None
 

@@ -154,7 +154,8 @@ class GuardClient:
         return self._process
 
     def _start(self) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "platform_daemon.core.guard", str(os.getpid())]
+        # -P: the same installation as this process, whatever other checkout is the working directory
+        command = [sys.executable, "-P", "-m", "platform_daemon.core.guard", str(os.getpid())]
         process = subprocess.Popen(  # a session of its own: signals of a terminal do not reach it
             [*command, str(self._state_dir), str(self._ownership.fd)],
             stdin=subprocess.PIPE,

@@ -111,7 +111,10 @@ class CalibrationInUse:
         self.chain_test = make_chain_test(self.side)
 
     def activate(self, request: ActivationRequest, folder: Path) -> None:
-        """Use another calibration from now on; no job may be under way.  Raises InputError, and all stays as it was."""
+        """Use another calibration from now on; no job may be under way.
+
+        Raises InputError, also as RecordingError, ConfigError or SequenceRejected; then all stays as it was.
+        """
         found = read_either(request.kind, self._files.requested_file(request, folder))
         if isinstance(found, TransmitCalibration):
             channels = found.applied(self._platform.transmit)

@@ -229,7 +229,10 @@ def _line_search(
 def _back_to_valley(
     prepared: Sequence[PreparedShot], hypothesis: Hypothesis, at: _Point, before: float, pool: Executor
 ) -> _Point | None:
-    """After steps of the shots' own parameters at given strengths, as long as they go down, and one of all together."""
+    """The shots' own parameters return at the strengths of `at`, until chi^2 of all is below `before`: that point.
+
+    Where it stays above, one step of all parameters together comes last; None where nothing oscillates after that.
+    """
     held = np.zeros(hypothesis.size)
     for _ in range(_LIMITS.valley_steps):
         nearer = _stepped(prepared, hypothesis, at, held, pool)
@@ -251,7 +254,7 @@ def _stepped(
     *,
     fraction: float = 1.0,
 ) -> _Point | None:
-    """After a fraction of a step; None where nothing oscillates."""
+    """The point after a fraction of a step: `common` of the strengths, and the shots' own; None: nothing oscillates."""
     states = [s.moved(fraction * a.own_step(common)) for s, a in zip(at.states, at.linear, strict=True)]
     try:
         return _point(prepared, hypothesis, states, at.strengths + fraction * common, pool)

@@ -49,7 +49,7 @@ class TorqueTerm:
     Attributes:
         name: identifier.
         coefficients: its coefficients, in the order in which the function reads them.
-        function: the function itself, inlined or separate (__init__.py of this folder).
+        function: the function itself, inlined or separate (torques/__init__.py).
         symmetric: tau(-phi, -v, -sigma) = -tau(phi, v, sigma), so that both directions of motion share one table.
         loses_energy: takes energy out of the motion where its first coefficient is positive.
         timed: depends on time too, which only the direct path follows.

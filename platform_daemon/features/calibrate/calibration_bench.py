@@ -25,7 +25,7 @@ from sequences.tones import ToneShot, played_hz
 log = structlog.get_logger()
 PartT = TypeVar("PartT")
 TRIES = 3  # per shot, if it is refused
-NO_PRODUCT = 2.0  # chi2 per degree of freedom from which on a model of the chain is doubted
+DOUBTFUL_CHI2_PER_DOF = 2.0  # above it the model of the chain does not explain what was measured: a warning
 QUESTION_STEP_S = 0.1
 
 CalibrationJob = Job[CalibrationRequest, CalibrationReport | NoResult]
@@ -102,7 +102,7 @@ class CalibrationBench:
 
 
 def ended(job: CalibrationJob, found: CalibrationReport) -> None:
-    """The calibration is in its file."""
+    """Set the job's result, once the calibration is in its file, and log it."""
     job.result = found
     log.info("calibration_written", file=found.root.file)
 

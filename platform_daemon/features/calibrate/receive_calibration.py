@@ -24,7 +24,7 @@ from platform_daemon.core.schemas.base import NoResult
 from platform_daemon.core.schemas.calibrations import CalibrationReport, InfluenceReport, ReceiveCalibrationReport
 from sequences.tones import ToneShot, dipole_shot
 
-from .calibration_bench import NO_PRODUCT, CalibrationBench, CalibrationJob, complex_table, ended, needed
+from .calibration_bench import DOUBTFUL_CHI2_PER_DOF, CalibrationBench, CalibrationJob, complex_table, ended, needed
 
 if TYPE_CHECKING:
     from platform_daemon.estimation.calibration.receive import ReceiveResult
@@ -177,6 +177,10 @@ class ReceiveCalibrationWork:
             raise InputError("the shots are too short", where="listen_s", why=str(error), remedy="lengthen") from None
 
     def _keep(self, job: CalibrationJob, found: ReceiveResult, influences: tuple[MeasuredInfluence, ...]) -> None:
+        """Write a new version, add what to watch out for to the job's warnings, and set the job's result.
+
+        Raises StorageError, RecordingError.
+        """
         from platform_daemon.estimation.calibration.receive import unlike_declared
 
         made = self._bench.platform.clock.utc()
@@ -197,7 +201,7 @@ class ReceiveCalibrationWork:
         )
         path = add_receive_calibration(self._bench.folder, self._bench.request.file_name, made, calibration, found.p)
         job.warnings += unlike_declared(found.sensitivity, self._bench.platform.calibration.sensitivity)
-        if found.chi2_per_dof > NO_PRODUCT:
+        if found.chi2_per_dof > DOUBTFUL_CHI2_PER_DOF:
             job.warnings.append(
                 f"calibration_response: one frequency response per channel does not explain P (chi2/dof "
                 f"{found.chi2_per_dof:.2f}); the dipole may have moved"

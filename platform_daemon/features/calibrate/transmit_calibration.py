@@ -15,7 +15,7 @@ from platform_daemon.core.schemas.base import NoResult
 from platform_daemon.core.schemas.calibrations import CalibrationReport, TransmitCalibrationReport
 from sequences.tones import ToneShot, coil_drive, coil_tones
 
-from .calibration_bench import NO_PRODUCT, CalibrationBench, CalibrationJob, complex_table, ended, needed
+from .calibration_bench import DOUBTFUL_CHI2_PER_DOF, CalibrationBench, CalibrationJob, complex_table, ended, needed
 
 if TYPE_CHECKING:
     from platform_daemon.estimation.calibration.transmit import TransmitResult
@@ -111,7 +111,7 @@ class TransmitCalibrationWork:
         )
         path = add_transmit_calibration(self._bench.folder, self._bench.request.file_name, made, calibration)
         for axis, chi2 in zip(axes, found.chi2_per_dof, strict=True):
-            if chi2 > NO_PRODUCT:
+            if chi2 > DOUBTFUL_CHI2_PER_DOF:
                 job.warnings.append(
                     f"calibration_loop: resistance and inductance do not explain the field of coil {axis} (chi2/dof "
                     f"{chi2:.2f})"

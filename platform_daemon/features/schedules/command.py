@@ -256,7 +256,10 @@ def _work(file: Path | None, resonators: list[str] | None, shots: int) -> dict[s
     try:
         text = read_text_file(file)
         found = tomllib.loads(text) if file.suffix == ".toml" else json.loads(text)
-    except (OSError, ValueError, RecursionError) as error:
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise InputError("cannot be read", where=str(file), why=why, remedy="check the path") from None
+    except (ValueError, RecursionError) as error:
         remedy = "write JSON or TOML with `kind` and `request`"
         raise InputError("the work cannot be read", where=str(file), why=str(error), remedy=remedy) from None
     if not isinstance(found, dict):
