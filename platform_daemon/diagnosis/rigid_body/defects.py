@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,6 @@ import numpy as np
 from platform_daemon.diagnosis.effects.effect import Effect
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.parameters import Mean
-from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.noise.model import level_sd as noise_level_sd
 from platform_daemon.estimation.numerics.arrays import Array
@@ -158,8 +158,10 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
         fits = each_alone(shots, of_first[0], pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
-            rivals = beside_each_other(lambda r: _together_instead(together[0], of_first[0], r, pool), of_first[1:])
-            together += [fit for fit in rivals if fit is not None]
+            # One after the other: shots together keep all cores busy, and two Jacobians would be kept at once.
+            for rival in of_first[1:]:
+                with suppress(RotorFitError):
+                    together.append(_together_instead(together[0], of_first[0], rival, pool))
         else:
             together = of_first
         excess_sigma = _excess_sigma(base, min(together, key=total_chi2))
@@ -250,9 +252,11 @@ def _together(fits: Sequence[RotorFit], pool: Executor) -> RotorFit:
     return fit_rotor(start, fits[0].defect, pool, first_window_s=longest_s(start))
 
 
-def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: Executor) -> RotorFit | None:
-    """All shots with another error, which begin as far from the joint fit as the first shot's two fits are apart; None:
-    they find no such rotor."""
+def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: Executor) -> RotorFit:
+    """All shots with another error, which begin as far from the joint fit as the first shot's two fits are apart.
+
+    Raises RotorFitError.
+    """
     one, other = first.values[0], rival.values[0]
     turn = first.shots[0].rotor(one).rotation.T @ rival.shots[0].rotor(other).rotation
     size = rival.strength[0] * joint.strength[0] / first.strength[0]
@@ -267,10 +271,7 @@ def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: E
         begun.append(
             replace(shot, values=replace(as_far, rotation=rotation, turn_u_rad=0.0, turn_v_rad=0.0, turn_w_rad=0.0))
         )
-    try:
-        return fit_rotor(begun, rival.defect, pool, first_window_s=longest_s(begun))
-    except RotorFitError:
-        return None
+    return fit_rotor(begun, rival.defect, pool, first_window_s=longest_s(begun))
 
 
 def _means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:

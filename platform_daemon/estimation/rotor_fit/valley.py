@@ -138,7 +138,8 @@ class Valley:
 
         Raises RotorFitError.
         """
-        strong, weight = _strong_directions(normal.matrix)
+        share = LIMITS.strong_share if len(self._shots) == 1 else LIMITS.strong_share_of_several
+        strong, weight = _strong_directions(normal.matrix, share)
         best: _Point | None = None
         backs: list[Array] = []
         went: list[Array] = []
@@ -192,8 +193,10 @@ def _accelerated(backs: Sequence[Array], went: Sequence[Array], scale: Array) ->
     return np.asarray(back - (np.stack(went, axis=1) + fell) @ share)
 
 
-def _strong_directions(matrix: Array) -> tuple[Array, Array]:
+def _strong_directions(matrix: Array, share: float) -> tuple[Array, Array]:
     """Columns (size, k) along which the data tell most, and what they tell of a unit of each, (k,).
+
+    share: of the largest eigenvalue of the scaled matrix, above which a direction is one of them.
 
     Raises RotorFitError.
     """
@@ -202,7 +205,7 @@ def _strong_directions(matrix: Array) -> tuple[Array, Array]:
         raise RotorFitError("the shots do not determine the rotor's parameters")
     scale = 1.0 / np.sqrt(size)
     values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
-    strong = values > LIMITS.strong_share * values[-1]
+    strong = values > share * values[-1]
     return scale[:, None] * vectors[:, strong], values[strong]
 
 

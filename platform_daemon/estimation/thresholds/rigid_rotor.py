@@ -107,6 +107,9 @@ class RigidRotorThresholds:
     strong_share: float = tuned(
         1e-4, "1", "of the largest eigenvalue of scaled J^T J, above which a direction leads back to the floor", START
     )
+    strong_share_of_several: float = tuned(
+        1e-5, "1", "the same for shots together: of six, fits take half as many steps as with 1e-4", START
+    )
     most_returns: int = tuned(8, "steps", "back to the floor after a trial", START)
     acceleration_share: float = tuned(1e-3, "1", "of the largest, below which a singular value of returns counts as 0")
     worth_returning: float = tuned(0.05, "1", "fall of chi^2 over the rise of a trial, worth another step back", START)
