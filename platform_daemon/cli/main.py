@@ -213,11 +213,14 @@ def _run() -> int | None:
 
 def _remedy(error: typer.TyperException) -> str:
     """Of wrong arguments.  Where an option is not there that another command has, the epilog says where it belongs."""
-    context = getattr(error, "ctx", None)
-    epilog: str | None = None if context is None else context.command.epilog
-    if not epilog or type(error).__name__ != "NoSuchOption":
+    context: Any = getattr(error, "ctx", None)
+    if context is None:
         return "see platform-daemon --help."
-    return epilog[0].lower() + epilog[1:]
+    epilog: str | None = context.command.epilog
+    if epilog and type(error).__name__ == "NoSuchOption":  # typer keeps the class to itself
+        return epilog[0].lower() + epilog[1:]
+    command = context.command_path.removeprefix(context.find_root().info_name or "")
+    return f"see platform-daemon{command} --help."
 
 
 @app.callback(invoke_without_command=True)

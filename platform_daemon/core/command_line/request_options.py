@@ -24,6 +24,8 @@ from typing import Annotated, Any, Optional, get_args, get_origin, get_type_hint
 
 import typer
 
+from drivers.errors import InputError
+
 from .parsing import parse_axis, parse_window
 from .request_fields import REQUEST_FIELDS, Limits, RequestField
 
@@ -31,6 +33,8 @@ Keys = dict[str, Any]
 """Keys of a request as they were given, nested as the model is."""
 _MICRO = "_ut"
 _TESLA_PER_UT = 1e-6
+_LEAST_UT = 0.01
+"""Fields below, 10 nT, move no rotor and are a tenth of what the Earth's field varies by in a day: they were meant in T."""
 _READERS: dict[str, Callable[[str], Any]] = {"axis": parse_axis, "window": parse_window}
 """Of fields that are written as text and mean a number, or a list of numbers."""
 
@@ -67,12 +71,18 @@ class Offered:
         )
 
     def value(self, given: Any) -> Any:
-        """What the model gets for what was given on the command line.  Raises InputError for a text that is none."""
+        """What the model gets for what was given on the command line.  Raises InputError for a text that is none, or a
+        field in T."""
         if self.read is not None:
             return self.read(given)
         if self.field.many:
             return tuple(given)
-        return given if self.factor is None else given * self.factor
+        if self.factor is None or given is None:
+            return given
+        if self.name.endswith(_MICRO) and 0.0 < given < _LEAST_UT:
+            remedy = f"the unit is uT: did you mean {given / _TESLA_PER_UT:.6g} ({given:g} T)?"
+            raise InputError(f"is {given:g} uT, too small a field", where=self.flag, remedy=remedy)
+        return given * self.factor
 
     @property
     def _default(self) -> Any:
