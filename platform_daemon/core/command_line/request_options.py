@@ -34,7 +34,7 @@ Keys = dict[str, Any]
 _MICRO = "_ut"
 _TESLA_PER_UT = 1e-6
 _LEAST_UT = 0.01
-"""Fields below, 10 nT, move no rotor and are a tenth of what the Earth's field varies by in a day: they were meant in T."""
+"""Fields below, 10 nT, move no rotor; the Earth's field varies by ten times that in a day.  They were meant in T."""
 _READERS: dict[str, Callable[[str], Any]] = {"axis": parse_axis, "window": parse_window}
 """Of fields that are written as text and mean a number, or a list of numbers."""
 

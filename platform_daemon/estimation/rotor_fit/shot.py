@@ -175,7 +175,8 @@ def _motion(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter],
 def _columns(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter], motion: _Motion) -> list[Array]:
     """Raises NoRestError, LostRotorError."""
     n = motion.samples.shape[1]
-    others, _ = motions_beside(_neighbours(shot, values, free), n, shot.rate_hz, motion.steps)
+    near = shot.rotor(values)
+    others, _ = motions_beside(_neighbours(shot, values, free), n, shot.rate_hz, motion.steps, near=near)
     return _differences(shot, motion.samples, others, free)
 
 

@@ -31,6 +31,14 @@ class RigidRotorThresholds:
         1e-9, "1", "error per step of the swing, of 1 for directions and of omega_nat for speeds", AGREEMENT
     )
     side_factor: float = tuned(10.0, "1", "times that for what is not the swing", AGREEMENT)
+    sticking_per_s: float = tuned(
+        6e5,
+        "1/s",
+        "rate at which a contact takes slip back, above which steps are implicit: both take as long",
+        AGREEMENT,
+    )
+    sticking_tolerance: float = tuned(1e-11, "1", "the same for implicit steps, whose errors add up", AGREEMENT)
+    sticking_order: int = tuned(8, "1", "of their extrapolation; 6 takes twice as long, 10 as long", AGREEMENT)
     rest_rounds: int = tuned(25, "rounds", "of Newton's method for the position of rest")
     rest_step: float = tuned(1e-6, "rad", "of its differences")
     rest_close: float = tuned(1e-11, "rad", "step at which it ends")

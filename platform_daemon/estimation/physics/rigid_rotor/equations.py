@@ -37,9 +37,11 @@ SLOTS = 29
 FIELD, PULSATION, PHASE, LAG, END = 0, 3, 4, 5, 6
 DRIVE_SLOTS = 7
 
-# Rows of `lanes`, each of LANES numbers: state, parameters, amplitude of the coils' field, and d/dt of the state.
+# Rows of `lanes`, each of LANES numbers: state, parameters, amplitude of the coils' field, d/dt of the state, and the
+# load of a jewel, N.
 STATE, PARAMETER, COILS, RATE = 0, STATES, STATES + SLOTS, STATES + SLOTS + 3
-ROWS = RATE + STATES
+LOAD = RATE + STATES
+ROWS = LOAD + 1
 
 PERMEABILITY = 1e-7  # mu_0 / (4 pi), T m/A
 SPIN_LEVER = 3.0 * math.pi / 16.0  # eq:tf
@@ -65,13 +67,13 @@ def drive_strength(t, drive):  # type: ignore[no-untyped-def]
 
 
 @lane_part
-def _at(lanes, row, lane):  # type: ignore[no-untyped-def]
+def at(lanes, row, lane):  # type: ignore[no-untyped-def]
     """One number of a row."""
     return lanes[row * LANES + lane]
 
 
 @lane_part
-def _three(lanes, row, lane):  # type: ignore[no-untyped-def]
+def three(lanes, row, lane):  # type: ignore[no-untyped-def]
     """A vector that begins in a row."""
     return lanes[row * LANES + lane], lanes[(row + 1) * LANES + lane], lanes[(row + 2) * LANES + lane]
 
@@ -79,25 +81,25 @@ def _three(lanes, row, lane):  # type: ignore[no-untyped-def]
 @lane_part
 def _magnets(lanes, lane, level, cx, cy, cz):  # type: ignore[no-untyped-def]
     """Force with weight, N, and torque, N m, on the rotor with its centre at c while the coils' current is `level`."""
-    ox, oy, oz = _three(lanes, PARAMETER + STATOR, lane)
+    ox, oy, oz = three(lanes, PARAMETER + STATOR, lane)
     ex, ey, ez = cx - ox, cy - oy, cz - oz
     square = ex * ex + ey * ey + ez * ez
     distance = math.sqrt(square)
     ex, ey, ez = ex / distance, ey / distance, ez / distance
-    sx, sy, sz = _three(lanes, PARAMETER + STATOR_MOMENT, lane)
-    moment = _at(lanes, PARAMETER + MOMENT_SIZE, lane)
-    mx, my, mz = _three(lanes, STATE + MOMENT, lane)
+    sx, sy, sz = three(lanes, PARAMETER + STATOR_MOMENT, lane)
+    moment = at(lanes, PARAMETER + MOMENT_SIZE, lane)
+    mx, my, mz = three(lanes, STATE + MOMENT, lane)
     mx, my, mz = moment * mx, moment * my, moment * mz
     se = sx * ex + sy * ey + sz * ez
     me = mx * ex + my * ey + mz * ez
     unit = PERMEABILITY / (square * distance)
-    bx, by, bz = _three(lanes, COILS, lane)
+    bx, by, bz = three(lanes, COILS, lane)
     bx = level * bx + unit * (3.0 * se * ex - sx)
     by = level * by + unit * (3.0 * se * ey - sy)
     bz = level * bz + unit * (3.0 * se * ez - sz)
     pull = 3.0 * unit / distance
     rest = mx * sx + my * sy + mz * sz - 5.0 * se * me
-    gx, gy, gz = _three(lanes, PARAMETER + WEIGHT, lane)
+    gx, gy, gz = three(lanes, PARAMETER + WEIGHT, lane)
     fx = pull * (me * sx + se * mx + rest * ex) + gx
     fy = pull * (me * sy + se * my + rest * ey) + gy
     fz = pull * (me * sz + se * mz + rest * ez) + gz
@@ -105,25 +107,31 @@ def _magnets(lanes, lane, level, cx, cy, cz):  # type: ignore[no-untyped-def]
 
 
 @lane_part
-def _friction(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-def]
-    """Friction force per slip, N s/m, and torque per spin, N m s, of the contact under a load, N.
+def contact_radius(lanes, lane, load):  # type: ignore[no-untyped-def]
+    """Radius of the contact under a load, m.
 
-    Its radius goes with the cube root of the load: Halley's method from the root at rest, which a lane can do.
+    It goes with the cube root of the load: Halley's method from the root at rest, which a lane can do.
     """
     pressed = max(load, 0.0)
-    root = _at(lanes, PARAMETER + USUAL_LOAD_ROOT, lane)
+    root = at(lanes, PARAMETER + USUAL_LOAD_ROOT, lane)
     for _ in range(ROOT_ROUNDS):
         cube = root * root * root
         root *= (cube + 2.0 * pressed) / (2.0 * cube + pressed)
-    radius = _at(lanes, PARAMETER + HERTZ, lane) * root
-    most = _at(lanes, PARAMETER + FRICTION, lane) * pressed
-    creep, creep_spin = _at(lanes, PARAMETER + CREEP, lane), _at(lanes, PARAMETER + CREEP_SPIN, lane)
-    law = _at(lanes, PARAMETER + CREEP_LAW, lane)
+    return at(lanes, PARAMETER + HERTZ, lane) * root
+
+
+@lane_part
+def _friction(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-def]
+    """Friction force per slip, N s/m, and torque per spin, N m s, of the contact under a load, N."""
+    radius = contact_radius(lanes, lane, load)
+    most = at(lanes, PARAMETER + FRICTION, lane) * max(load, 0.0)
+    creep, creep_spin = at(lanes, PARAMETER + CREEP, lane), at(lanes, PARAMETER + CREEP_SPIN, lane)
+    law = at(lanes, PARAMETER + CREEP_LAW, lane)
     rest = SLOWEST_SPIN * SLOWEST_SPIN
     turning = (1.0 - law) * math.sqrt(spin * spin + creep_spin * creep_spin + rest)
     turning += law * (math.sqrt(spin * spin + rest) + creep_spin)
     creeping = (1.0 - law) * math.sqrt(slip * slip + creep * creep) + law * (slip + abs(creep))
-    coupling = _at(lanes, PARAMETER + CONTACT_COUPLING, lane)
+    coupling = at(lanes, PARAMETER + CONTACT_COUPLING, lane)
     by_slip = most / (creeping + coupling * SLIP_BY_SPIN * radius * turning + NOTHING)
     by_spin = SPIN_LEVER * radius * radius * most / (radius * turning + coupling * SPIN_BY_SLIP * slip + NOTHING)
     return by_slip, by_spin
@@ -133,18 +141,18 @@ def _friction(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-def]
 def _jewel_rates(level, lanes):  # type: ignore[no-untyped-def]
     """The rates of rotors in cups, of which the held point is the centre."""
     for lane in range(LANES):
-        mass, inertia = _at(lanes, PARAMETER + MASS, lane), _at(lanes, PARAMETER + INERTIA, lane)
-        length, radius = _at(lanes, PARAMETER + LINK, lane), _at(lanes, PARAMETER + RADIUS, lane)
-        x, q, vx = _three(lanes, STATE, lane)
-        vq = _at(lanes, STATE + 3, lane)
+        mass, inertia = at(lanes, PARAMETER + MASS, lane), at(lanes, PARAMETER + INERTIA, lane)
+        length, radius = at(lanes, PARAMETER + LINK, lane), at(lanes, PARAMETER + RADIUS, lane)
+        x, q, vx = three(lanes, STATE, lane)
+        vq = at(lanes, STATE + 3, lane)
         z = math.sqrt(1.0 - x * x - q * q)
         vz = -(x * vx + q * vq) / z  # rate of z
         nx, ny, nz = -x, -q, z  # from the held point to the anchor
         hx, hy, hz = length * vx, length * vq, -length * vz  # velocity of the held point
-        wx, wy, wz = _three(lanes, STATE + OMEGA, lane)
-        ox, oy, oz = _three(lanes, PARAMETER + ANCHOR, lane)
+        wx, wy, wz = three(lanes, STATE + OMEGA, lane)
+        ox, oy, oz = three(lanes, PARAMETER + ANCHOR, lane)
         fx, fy, fz, tx, ty, tz = _magnets(lanes, lane, level, ox + length * x, oy + length * q, oz - length * z)
-        loss = 2.0 * mass * _at(lanes, PARAMETER + SIDE_DAMPING, lane)
+        loss = 2.0 * mass * at(lanes, PARAMETER + SIDE_DAMPING, lane)
         fx, fy, fz = fx - loss * hx, fy - loss * hy, fz - loss * hz
         spin = wx * nx + wy * ny + wz * nz
         load = mass * (hx * hx + hy * hy + hz * hz) / length - (nx * fx + ny * fy + nz * fz)
@@ -153,14 +161,15 @@ def _jewel_rates(level, lanes):  # type: ignore[no-untyped-def]
         sz = hz - radius * (wx * ny - wy * nx)
         by_slip, by_spin = _friction(lanes, lane, load, math.sqrt(sx * sx + sy * sy + sz * sz), abs(spin))
         sx, sy, sz = -by_slip * sx, -by_slip * sy, -by_slip * sz
-        lean_damping = _at(lanes, PARAMETER + LEAN_DAMPING, lane)
-        about = (2.0 * inertia * (_at(lanes, PARAMETER + DAMPING, lane) - lean_damping) + by_spin) * spin
+        lean_damping = at(lanes, PARAMETER + LEAN_DAMPING, lane)
+        about = (2.0 * inertia * (at(lanes, PARAMETER + DAMPING, lane) - lean_damping) + by_spin) * spin
         loss = 2.0 * inertia * lean_damping
         gx = (tx - loss * wx - about * nx - radius * (ny * sz - nz * sy)) / inertia
         gy = (ty - loss * wy - about * ny - radius * (nz * sx - nx * sz)) / inertia
         gz = (tz - loss * wz - about * nz - radius * (nx * sy - ny * sx)) / inertia
         pull_x = (fx + load * nx + sx) / (mass * length)
         pull_y = (fy + load * ny + sy) / (mass * length)
+        lanes[LOAD * LANES + lane] = load
         _write(lanes, lane, vx, vq, pull_x, pull_y, 0.0, 0.0, 0.0, wx, wy, wz, gx, gy, gz)
 
 
@@ -168,28 +177,28 @@ def _jewel_rates(level, lanes):  # type: ignore[no-untyped-def]
 def _thread_rates(level, lanes):  # type: ignore[no-untyped-def]
     """The rates of rotors on threads, of which the held point is a pole."""
     for lane in range(LANES):
-        mass, inertia = _at(lanes, PARAMETER + MASS, lane), _at(lanes, PARAMETER + INERTIA, lane)
-        length, radius = _at(lanes, PARAMETER + LINK, lane), _at(lanes, PARAMETER + RADIUS, lane)
-        x, q, vx = _three(lanes, STATE, lane)
-        vq = _at(lanes, STATE + 3, lane)
+        mass, inertia = at(lanes, PARAMETER + MASS, lane), at(lanes, PARAMETER + INERTIA, lane)
+        length, radius = at(lanes, PARAMETER + LINK, lane), at(lanes, PARAMETER + RADIUS, lane)
+        x, q, vx = three(lanes, STATE, lane)
+        vq = at(lanes, STATE + 3, lane)
         z = math.sqrt(1.0 - x * x - q * q)
         vz = -(x * vx + q * vq) / z  # rate of z
         nx, ny, nz = -x, -q, z  # from the held point to the anchor
         hx, hy, hz = length * vx, length * vq, -length * vz  # velocity of the held point
-        wx, wy, wz = _three(lanes, STATE + OMEGA, lane)
-        ax, ay, az = _three(lanes, STATE + AXIS, lane)
+        wx, wy, wz = three(lanes, STATE + OMEGA, lane)
+        ax, ay, az = three(lanes, STATE + AXIS, lane)
         rx, ry, rz = wy * az - wz * ay, wz * ax - wx * az, wx * ay - wy * ax  # rate of the axis
-        ox, oy, oz = _three(lanes, PARAMETER + ANCHOR, lane)
+        ox, oy, oz = three(lanes, PARAMETER + ANCHOR, lane)
         cx, cy, cz = ox + length * x - radius * ax, oy + length * q - radius * ay, oz - length * z - radius * az
         fx, fy, fz, tx, ty, tz = _magnets(lanes, lane, level, cx, cy, cz)
-        loss = 2.0 * mass * _at(lanes, PARAMETER + SIDE_DAMPING, lane)
+        loss = 2.0 * mass * at(lanes, PARAMETER + SIDE_DAMPING, lane)
         fx -= loss * (hx - radius * rx)
         fy -= loss * (hy - radius * ry)
         fz -= loss * (hz - radius * rz)
-        to_thread = _at(lanes, PARAMETER + DAMPING_AXIS, lane)
+        to_thread = at(lanes, PARAMETER + DAMPING_AXIS, lane)
         lx, ly, lz = ax + to_thread * (nx - ax), ay + to_thread * (ny - ay), az + to_thread * (nz - az)
-        lean_damping = _at(lanes, PARAMETER + LEAN_DAMPING, lane)
-        about = 2.0 * inertia * (_at(lanes, PARAMETER + DAMPING, lane) - lean_damping)
+        lean_damping = at(lanes, PARAMETER + LEAN_DAMPING, lane)
+        about = 2.0 * inertia * (at(lanes, PARAMETER + DAMPING, lane) - lean_damping)
         about *= (wx * lx + wy * ly + wz * lz) / (lx * lx + ly * ly + lz * lz)
         loss = 2.0 * inertia * lean_damping
         tx -= loss * wx + about * lx
@@ -214,7 +223,7 @@ def _thread_rates(level, lanes):  # type: ignore[no-untyped-def]
 @lane_part
 def _write(lanes, lane, vx, vq, pull_x, pull_y, rx, ry, rz, wx, wy, wz, gx, gy, gz):  # type: ignore[no-untyped-def]
     """The rates into their rows; the moment turns with the rotor."""
-    mx, my, mz = _three(lanes, STATE + MOMENT, lane)
+    mx, my, mz = three(lanes, STATE + MOMENT, lane)
     lanes[(RATE + 0) * LANES + lane], lanes[(RATE + 1) * LANES + lane] = vx, vq
     lanes[(RATE + 2) * LANES + lane], lanes[(RATE + 3) * LANES + lane] = pull_x, pull_y
     lanes[(RATE + MOMENT) * LANES + lane] = wy * mz - wz * my

@@ -19,7 +19,7 @@ EMPTY: Array = np.zeros(0)
 
 
 def motions_beside(
-    rotors: Sequence[RigidRotor], samples: int, rate_hz: float, steps: Array = EMPTY
+    rotors: Sequence[RigidRotor], samples: int, rate_hz: float, steps: Array = EMPTY, *, near: RigidRotor | None = None
 ) -> tuple[list[Array | None], Array]:
     """dm/dt in world axes, (3, samples) A m^2/s, of up to LANES rotors in the time that one takes.
 
@@ -27,8 +27,9 @@ def motions_beside(
         rotors: of one geometry and drive.
         samples: of each.
         rate_hz: of the samples.
-        steps: ends of those that a rotor near them takes, so that their differences are smooth; none: they are chosen
+        steps: ends of those that the rotor `near` takes, so that their differences are smooth; none: they are chosen
             for the first one.
+        near: the rotor that chose them, and whose contact decides how they are made; None: the first one.
 
     Returns:
         Of each, None where its motion runs away, and the ends of the steps, s.
@@ -47,6 +48,7 @@ def motions_beside(
         1.0 / rate_hz,
         one.tolerances(),
         steps,
+        (near or one).sticks,
         out,
     )
     found: list[Array | None] = []

@@ -43,6 +43,7 @@ from .equations import (
     PULSATION,
     RADIUS,
     SIDE_DAMPING,
+    SLIP_BY_SPIN,
     SLOTS,
     SPIN_LEVER,
     STATES,
@@ -232,6 +233,16 @@ class RigidRotor:
         return torque / (SPIN_LEVER * v.friction_coefficient * self._pull_n)
 
     @property
+    def sticks(self) -> bool:
+        """Its contact takes slip back faster than explicit steps can follow cheaply, see `implicit_step`."""
+        g, v = self.geometry, self.values
+        if g.bearing != "jewel":
+            return False
+        lightness = 1.0 / g.mass_kg + g.radius_m**2 / g.inertia_kg_m2
+        turning = v.contact_coupling * SLIP_BY_SPIN * self.contact_radius_m * self.omega_rad_per_s
+        return v.friction_coefficient * self._pull_n * lightness > LIMITS.sticking_per_s * (v.creep_m_per_s + turning)
+
+    @property
     def _pull_n(self) -> float:
         return self.geometry.pull_n(self.values.f_nat_hz, self.values.distance_m)
 
@@ -337,8 +348,9 @@ class RigidRotor:
 
     def tolerances(self) -> Array:
         """Tolerated error of each component of the state per step, (STATES,)."""
-        scale = np.full(STATES, LIMITS.side_factor * LIMITS.tolerance)
-        scale[[MOMENT, MOMENT + 1, OMEGA + 2]] = LIMITS.tolerance
+        tolerance = LIMITS.sticking_tolerance if self.sticks else LIMITS.tolerance
+        scale = np.full(STATES, LIMITS.side_factor * tolerance)
+        scale[[MOMENT, MOMENT + 1, OMEGA + 2]] = tolerance
         scale[2:4] *= self.omega_rad_per_s
         scale[OMEGA:] *= self.omega_rad_per_s
         return scale

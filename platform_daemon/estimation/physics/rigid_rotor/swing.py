@@ -1,4 +1,5 @@
-"""Integration of the rigid rotor: the explicit method of order 5(4) by Dormand and Prince with dense output.
+"""Integration of the rigid rotor: the explicit method of order 5(4) by Dormand and Prince with dense output, and for a
+contact that takes slip back too fast for it the one of `implicit_step`.
 
 A motion chooses its steps by the estimated error.  Its neighbours in parameter space, which are computed beside it or
 later, take the same steps, so that differences between them hold no noise of the choice of steps.
@@ -16,7 +17,8 @@ from scipy.integrate import RK45
 from platform_daemon.estimation.numerics.jit import fast_kernel, fast_part
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
-from .equations import COILS, DRIVE_SLOTS, END, LANES, MOMENT, OMEGA, PARAMETER, RATE, ROWS, STATES, rates
+from .equations import COILS, DRIVE_SLOTS, END, LANES, LOAD, MOMENT, OMEGA, PARAMETER, RATE, ROWS, STATES, rates
+from .implicit_step import ORDER, between, implicit_step
 
 LIMITS = THRESHOLDS.rigid_rotor
 T = TypeVar("T")
@@ -84,6 +86,15 @@ def _error(h, k, scale):  # type: ignore[no-untyped-def]
 
 
 @fast_part
+def _relative(errors, scale):  # type: ignore[no-untyped-def]
+    """Estimated errors (STATE_SIZE,) of a step, of the first lane, relative to the tolerance."""
+    squares = 0.0
+    for i in range(STATES):
+        squares += (errors[i * LANES] / scale[i]) ** 2
+    return math.sqrt(squares)
+
+
+@fast_part
 def _sample(now, h, x, k, lane, weight, out):  # type: ignore[no-untyped-def]
     """Write omega x moment of a lane at the fraction x of the step into out (3,); weight: (STAGES,), overwritten."""
     for j in range(STAGES):
@@ -110,7 +121,7 @@ def _dense(now, h, k, row, lane, weight):  # type: ignore[no-untyped-def]
 
 
 @fast_kernel
-def swings(y, p, coils, drive, first_s, step_s, scale, given, out):  # type: ignore[no-untyped-def]
+def swings(y, p, coils, drive, first_s, step_s, scale, given, implicit, out):  # type: ignore[no-untyped-def]
     """Motions from states y at t = 0, the start of the drive; fills out (LANES, n, 3) with d(moment/m_r)/dt, 1/s.
 
     Args:
@@ -122,6 +133,7 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, out):  # type: ign
         step_s: distance of the samples.
         scale: (STATES,) tolerated error per step.
         given: ends of the steps of another motion; (0,): they are chosen for the first lane.
+        implicit: rotors in cups, whose friction is taken implicitly.
         out: along u, v, w.
 
     Returns:
@@ -136,9 +148,10 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, out):  # type: ign
     _fill(lanes, COILS, coils)
     now[:] = lanes[:STATE_SIZE]
     ends = np.empty(given.size if given.size > 0 else samples)
+    table, power = np.zeros((ORDER + 1, STATE_SIZE)), -1.0 / ORDER if implicit else -0.2
     count, t, h = 0, 0.0, FIRST_STEP * step_s
     rates(t, drive, lanes)
-    k[0] = lanes[RATE * LANES :]
+    k[0] = lanes[RATE * LANES : LOAD * LANES]
     while t < end:
         if given.size > 0:
             # one that is sampled later goes on with the last step
@@ -148,20 +161,27 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, out):  # type: ign
             limit = drive[END] if t < drive[END] else end
             stop = limit if t + h > limit or limit - (t + h) < LAST_STEP * h else t + h
         length = stop - t
-        _attempt(t, length, now, drive, k, lanes)
+        if implicit:
+            implicit_step(t, length, now, drive, table, lanes)
+        else:
+            _attempt(t, length, now, drive, k, lanes)
         if given.size == 0:
-            error = _error(length, k, scale)
+            error = _relative(table[ORDER], scale) if implicit else _error(length, k, scale)
             if not error <= 1.0:
-                h = length * (SHRINK if not error < FAILED else max(SHRINK, SAFETY * error**-0.2))
+                h = length * (SHRINK if not error < FAILED else max(SHRINK, SAFETY * error**power))
                 if h < SHORTEST_S:
                     break
                 continue
-            grow = GROW if error == 0.0 else min(GROW, SAFETY * error**-0.2)
+            grow = GROW if error == 0.0 else min(GROW, SAFETY * error**power)
             h = max(h, length * grow) if length < h else length * grow
+        if implicit:
+            rates(stop, drive, lanes)
         for lane in range(LANES):
             while sampled[lane] < samples and first_s[lane] + sampled[lane] * step_s <= stop:
                 at = first_s[lane] + sampled[lane] * step_s
-                if at >= t:
+                if at >= t and implicit:
+                    between(now, length, (at - t) / length, k[0], lanes, lane, out[lane, sampled[lane]])
+                elif at >= t:
                     _sample(now, length, (at - t) / length, k, lane, weight, out[lane, sampled[lane]])
                 sampled[lane] += 1
         if count > MOST_STEPS_PER_S * end:
@@ -176,9 +196,11 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, out):  # type: ign
         now[:] = lanes[:STATE_SIZE]
         if given.size == 0 and not math.isfinite(now[0]):
             break
-        if stop == drive[END]:
+        if implicit:
+            k[0] = lanes[RATE * LANES : LOAD * LANES]
+        elif stop == drive[END]:
             rates(t, drive, lanes)
-            k[0] = lanes[RATE * LANES :]
+            k[0] = lanes[RATE * LANES : LOAD * LANES]
         else:
             k[0] = k[STAGES - 1]
     return ends[:count]

@@ -20,6 +20,7 @@ from tests.kit.rigid_rotors import rigid_specimen
 RATE_HZ = 61035.15625
 DRIVE = CoilDrive(field_t=(4e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.3, duration_s=0.03, rx_start_s=0.04)
 LOSSES = {"lambda_per_s": 40.0, "side_damping_per_s": 25.0, "lean_damping_per_s": 90.0}
+STICKS = {"contact_coupling": 0.0, "creep_m_per_s": 1e-4, "creep_spin_rad_per_s": 20.0}
 DEFECTS = {"thread": {"stator_tilt_rad": 0.02, "rotor_tilt_rad": -0.02}, "jewel": {"stator_tilt_rad": 0.03}}
 
 
@@ -33,6 +34,7 @@ DEFECTS = {"thread": {"stator_tilt_rad": 0.02, "rotor_tilt_rad": -0.02}, "jewel"
         ("jewel", True, 0.001, LOSSES | {"creep_law": 1.0, "creep_spin_rad_per_s": 20.0}),
         ("jewel", True, 0.001, LOSSES | {"creep_law": 0.0, "creep_spin_rad_per_s": 20.0}),
         ("jewel", True, 0.001, LOSSES | {"contact_coupling": 0.0, "creep_spin_rad_per_s": 20.0}),
+        ("jewel", True, 0.001, LOSSES | STICKS),
     ],
 )
 def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds, losses):
@@ -56,7 +58,7 @@ def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds
     y[7:10] = other.rotation(start)[:, 2] if name == "thread" else 0.0
     drive[FIELD : FIELD + 3], drive[PULSATION], drive[END] = field, omega, seconds
     in_lanes = [np.stack([each] * LANES, axis=1) for each in (y, p, field)]
-    swings(*in_lanes, drive, np.full(LANES, seconds), 1.0, ours.tolerances(), EMPTY, out)
+    swings(*in_lanes, drive, np.full(LANES, seconds), 1.0, ours.tolerances(), EMPTY, ours.sticks, out)
     assert out[0, 0] * ours.values.m_r_am2 == pytest.approx(rate, abs=1e-6 * np.linalg.norm(rate))
 
 
@@ -68,19 +70,31 @@ def test_a_rotor_at_rest_in_its_own_tilted_place_stays_there():
     assert np.abs(rotor.dm_dt(200, 2000.0)[0]).max() < 1e-6  # a shot has noise of 1e-2
 
 
-def test_neighbours_at_the_same_steps_differ_smoothly():
+@pytest.mark.parametrize("contact", [{}, STICKS])
+def test_neighbours_at_the_same_steps_differ_smoothly(contact):
     """Central differences of two sizes agree to their order, which noise of the choice of steps would hide."""
     specimen = rigid_specimen("jewel", [0.0, 0.0, -9.81], 2.0, defects={"stator_tilt_rad": 0.03})
-    rotor = true_rotor(specimen, DRIVE)
+    rotor = true_rotor(specimen, DRIVE, **contact)
+    assert rotor.sticks == bool(contact)
     _, steps = rotor.dm_dt(1000, RATE_HZ)
 
     def slope(h):
         pair = [RigidRotor(rotor.geometry, replace(rotor.values, stator_tilt_rad=0.03 + s * h), DRIVE) for s in (-1, 1)]
-        (low, high), _ = motions_beside(pair, 1000, RATE_HZ, steps)
+        (low, high), _ = motions_beside(pair, 1000, RATE_HZ, steps, near=rotor)
         return (high - low) / (2 * h)
 
     coarse, fine = slope(1e-5), slope(1e-6)
     assert np.abs(coarse - fine).max() < 1e-4 * np.abs(fine).max()
+
+
+def test_a_contact_that_sticks_moves_alike_with_steps_of_either_kind(monkeypatch):
+    specimen = rigid_specimen("jewel", [0.0, 0.0, -9.81], 2.0, defects={"stator_tilt_rad": 0.03})
+    rotor = true_rotor(specimen, DRIVE, **STICKS | {"creep_m_per_s": 3e-4})
+    implicit, steps = rotor.dm_dt(4000, RATE_HZ)
+    monkeypatch.setattr(RigidRotor, "sticks", False)
+    explicit, more = rotor.dm_dt(4000, RATE_HZ)
+    assert np.abs(implicit - explicit).max() < 2e-6 * np.abs(explicit).max()
+    assert more.size > 5 * steps.size
 
 
 @pytest.mark.parametrize("name", ["thread", "jewel"])
