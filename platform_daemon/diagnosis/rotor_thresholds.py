@@ -44,6 +44,8 @@ class RigidBody:
     damping_axis_to_thread: float = 0.5  # between the rotor's own axis and the thread's, at the start [unset]
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
     jewel_distance_from_s: float = 0.5  # s of a window from which on a jewel's distance is free [unset]
+    # m/s, of which each law of a contact begins with the one that leaves least in the shortest window [unset]
+    creeps_m_per_s: tuple[float, ...] = (2e-3, 2e-4)
     same_sigma: float = 1.0  # standard deviations by which two sizes of one error are the same minimum [unset]
     # of the swing at its start: below, where a jewel's contact sticks and slips, a rotor tells nothing more [unset]
     kept_swing: float = 0.03

@@ -59,7 +59,7 @@ def _end(fit: RotorFit, first: RotorFit | None, pool: Executor) -> tuple[float, 
     share = limits.split_share if first is None else limits.own_share
     whole_s = shot.samples.shape[1] / shot.rate_hz
     early = [s for s in fit.stages if s.window_s <= share * whole_s]
-    own = Stage(fit.window_s, fit.values, sum(fit.chi2))
+    own = Stage(fit.window_s, fit.values, fit.total_chi2)
     stage = (early or list(fit.stages) or [own])[-1]
     values, n = stage.values[0], shot.count(stage.window_s)
     free = free_parameters(shot.geometry, [fit.defect] if fit.defect else [], shot.start)

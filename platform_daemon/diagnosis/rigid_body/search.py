@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
@@ -25,7 +26,7 @@ from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
-from .starts import starts_of
+from .starts import Start, starts_of
 
 _LIMITS = THRESHOLDS.rigid_body
 
@@ -127,37 +128,26 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.  So are
     the laws of a jewel's contact: near rest it is not Coulomb's, and which other one is not known.
     """
-    starts = []
-    for begun, known in _begun(shot, pool):
-        # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
-        found = begun.values[0]
-        distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
-        for law in _LIMITS.contact_laws if shot.geometry.bearing == "jewel" else _LIMITS.contact_laws[:1]:
-            numbers = {"distance_m": distance_m, **law._asdict()}
-            starts.append((defect_of(begun), found.with_numbers(numbers), known.with_numbers(numbers)))
+    starts = [start for begun, known in _begun(shot, pool) for start in _by_laws(shot, begun, known, pool)]
     field: list[_Contestant] = []
     longest = longest_s([shot])
     for window_s in windows_s(2.0 * _LIMITS.sign_window_s, longest):
         last = window_s == longest
         held = () if last else _held(shot, window_s)
-        runners = [(c.defect, c.fit.values[0], c.known, c.stages) for c in field] or [(*s, ()) for s in starts]
+        before = [c.stages for c in field] or [()] * len(starts)
+        fits = beside_each_other(partial(_fitted, shot, window_s, held, whole=last, pool=pool), starts)
         field = []
-        for defect, values, known, stages in runners:
-            part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=values)
-            try:
-                fit = fit_rotor(
-                    [part], defect, pool, first_window_s=math.inf, held=held, whole=last, known=[known],
-                    to_beat=_to_beat([c.fit for c in field], defect, values),
-                )  # fmt: skip
-            except RotorFitError:
+        for fit, start, stages in zip(fits, starts, before, strict=True):
+            if fit is None:
                 continue
-            one = _Contestant(fit, known, (*stages, Stage(window_s, fit.values, total_chi2(fit))))
+            one = _Contestant(fit, start.known, (*stages, Stage(window_s, fit.values, total_chi2(fit))))
             if not one.among(field):
                 field.append(one)
         field.sort(key=lambda c: total_chi2(c.fit))
         if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
             raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
         field = [c for c in field if c.stays(field)]
+        starts = [Start(c.defect, c.fit.values[0], c.known) for c in field]
     best: dict[tuple[Defect, ContactLaw, bool], RotorFit] = {}
     for c in field:
         best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
@@ -169,11 +159,51 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
     return sorted([*best.values(), *near], key=total_chi2)
 
 
+def _by_laws(shot: RotorShot, begun: RotorFit, known: RotorValues, pool: Executor) -> list[Start]:
+    """Starts from the fit of a short window: of a jewel with each law of its contact, and its creep that leaves least.
+
+    The short window tells what friction goes with a law; with that of another law its fits go astray in longer ones.
+    """
+    found = begun.values[0]
+    # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
+    distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
+    starts = []
+    jewel = shot.geometry.bearing == "jewel"
+    for law in _LIMITS.contact_laws if jewel else _LIMITS.contact_laws[:1]:
+        numbers = {"distance_m": distance_m, **law._asdict()}
+        start = Start(defect_of(begun), found.with_numbers(numbers), known.with_numbers(numbers))
+        if not jewel:
+            starts.append(start)
+            continue
+        creeps = [
+            replace(start, values=start.values.with_numbers({"creep_m_per_s": c})) for c in _LIMITS.creeps_m_per_s
+        ]
+        held = _held(shot, _LIMITS.sign_window_s)
+        fits = beside_each_other(partial(_fitted, shot, _LIMITS.sign_window_s, held, whole=False, pool=pool), creeps)
+        if some := [fit for fit in fits if fit is not None]:
+            starts.append(replace(start, values=min(some, key=total_chi2).values[0]))
+    return starts
+
+
+def _fitted(
+    shot: RotorShot, window_s: float, held: Sequence[str], start: Start, *, whole: bool, pool: Executor
+) -> RotorFit | None:
+    """A fit of a window; None: it finds no rotor."""
+    part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=start.values)
+    try:
+        return fit_rotor(
+            [part], start.defect, pool, first_window_s=math.inf, held=held, whole=whole, known=[start.known]
+        )
+    except RotorFitError:
+        return None
+
+
 def _late(leader: RotorFit, missing: Defect, known: RotorValues, pool: Executor) -> RotorFit | None:
     """The whole shot with another error, that begins from the one that explains it; None: it finds no such rotor."""
     try:
         again = replace(leader.shots[0], values=_instead(leader, missing, known, pool))
-        return fit_rotor([again], missing, pool, first_window_s=_LIMITS.exchange_window_s, beside=leader)
+        first_s = _LIMITS.exchange_window_s
+        return fit_rotor([again], missing, pool, first_window_s=first_s, known=[known], beside=leader)
     except RotorFitError:
         return None
 
@@ -194,6 +224,11 @@ def _instead(found: RotorFit, rival: Defect, known: RotorValues, pool: Executor)
     return fit.values[0].with_numbers({gone: 0.0})
 
 
+def total_chi2(fit: RotorFit) -> float:
+    """Of all its shots, and of what was known beforehand: for sorting."""
+    return fit.total_chi2
+
+
 def rise(fit: RotorFit, best: RotorFit) -> float:
     """Of chi^2 over that of the best fit, in units of what that leaves."""
     return (total_chi2(fit) - total_chi2(best)) / max(1.0, best.chi2_per_dof)
@@ -203,8 +238,3 @@ def defect_of(fit: RotorFit) -> Defect:
     """The kind that a fit has."""
     assert fit.defect is not None
     return fit.defect
-
-
-def total_chi2(fit: RotorFit) -> float:
-    """Of all its shots."""
-    return sum(fit.chi2)

@@ -27,7 +27,7 @@ LIMITS = THRESHOLDS.rigid_rotor
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """A window, s, the values of the shots as they were fitted to it alone, and their chi^2."""
+    """A window, s, the values of the shots as they were fitted to it alone, and their chi^2 with what was known."""
 
     window_s: float
     values: tuple[RotorValues, ...]
@@ -41,7 +41,7 @@ class RotorFit:
     values: of each shot; std: of each shot by name, widened where the residual exceeds the noise; chi2: of each shot;
     dof: of each shot; window_s: the last window; covariance: (k, k) of all free parameters, widened as std, of the
     logarithm of a parameter that is logarithmic; places: of each shot's parameters in it, by name; defect: that was
-    free, None: none; stages: the windows that came before.
+    free, None: none; stages: the windows that came before; known_chi2: by how much the values are off what was known.
     """
 
     shots: tuple[RotorShot, ...]
@@ -54,6 +54,12 @@ class RotorFit:
     covariance: Array
     places: tuple[Mapping[str, int], ...]
     stages: tuple[Stage, ...] = ()
+    known_chi2: float = 0.0
+
+    @property
+    def total_chi2(self) -> float:
+        """Of all shots, and of what was known beforehand: of two rotors the one nearer to that is the likelier."""
+        return sum(self.chi2) + self.known_chi2
 
     @property
     def chi2_per_dof(self) -> float:
@@ -122,7 +128,7 @@ def fit_rotor(
         )
         if window_s == longest:
             break
-        stages.append(Stage(window_s, tuple(values), sum(chi2)))
+        stages.append(Stage(window_s, tuple(values), sum(chi2) + layout.prior(values, first)[2]))
         if beside is not None:
             _still_alike(stages[-1], beside)
     try:
@@ -149,6 +155,7 @@ def fit_rotor(
             for free, places in zip(layout.free, layout.places, strict=True)
         ),
         stages=tuple(stages),
+        known_chi2=layout.prior(values, first)[2],
     )
 
 

@@ -259,7 +259,7 @@ def settled(
         if reached.total - left * fall > to_beat:
             break
         del normal, reached  # before the next ones, which are as large
-    if sum(chi2) > to_beat:
+    if sum(chi2) + layout.prior(values, first)[2] > to_beat:
         raise RotorFitError(f"another rotor explains the first {window_s:.3g} s better")
     own = layout.size / len(shots)
     return values, matrix, chi2, [count - own for count in counts]

@@ -37,6 +37,9 @@ class RigidRotorThresholds:
         "rate at which a contact takes slip back, above which steps are implicit: both take as long",
         AGREEMENT,
     )
+    sticking_spin: float = tuned(
+        0.25, "1", "spin over omega_nat at which that rate is taken: near its turning points it is larger", AGREEMENT
+    )
     sticking_tolerance: float = tuned(1e-11, "1", "the same for implicit steps, whose errors add up", AGREEMENT)
     sticking_order: int = tuned(8, "1", "of their extrapolation; 6 takes twice as long, 10 as long", AGREEMENT)
     rest_rounds: int = tuned(25, "rounds", "of Newton's method for the position of rest")

@@ -45,7 +45,7 @@ def test_the_preset_of_the_other_bearing_is_refused_unless_forced(tmp_path):
 
 
 def test_a_series_without_a_usable_shot_ends_with_code_3_and_keeps_its_recording(tmp_path):
-    done = here("measure", *QUICK, "--field-ut", 0.001, "--out", tmp_path / "a.h5")
+    done = here("measure", *QUICK, "--field-ut", 0.02, "--out", tmp_path / "a.h5")
     assert done.returncode == 3
     assert "no shot can be used" in done.stderr
     assert (tmp_path / "a.h5").exists()

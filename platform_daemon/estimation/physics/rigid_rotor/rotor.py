@@ -239,7 +239,8 @@ class RigidRotor:
         if g.bearing != "jewel":
             return False
         lightness = 1.0 / g.mass_kg + g.radius_m**2 / g.inertia_kg_m2
-        turning = v.contact_coupling * SLIP_BY_SPIN * self.contact_radius_m * self.omega_rad_per_s
+        spin_rad_per_s = LIMITS.sticking_spin * self.omega_rad_per_s
+        turning = v.contact_coupling * SLIP_BY_SPIN * self.contact_radius_m * spin_rad_per_s
         return v.friction_coefficient * self._pull_n * lightness > LIMITS.sticking_per_s * (v.creep_m_per_s + turning)
 
     @property
