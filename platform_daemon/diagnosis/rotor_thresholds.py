@@ -38,14 +38,17 @@ class RigidBody:
     # m/s of slip below which a jewel's contact creeps, at the start [unset]
     creep_m_per_s: float = 2e-3
     creep_spin_rad_per_s: float = 5.0  # rad/s of spin, likewise [unset]
-    # of a jewel's contact: its friction falls below a slip as s / sqrt(s^2 + c^2) or s / (s + c); slip and spin share
-    # that of one disc, or have their own [physics]
-    contact_laws: tuple[ContactLaw, ...] = (ContactLaw(0.0, 1.0), ContactLaw(1.0, 1.0), ContactLaw(0.0, 0.0))
+    # of a jewel's contact: its friction falls below a slip as s / sqrt(s^2 + c^2), as s / (s + c), or as the first at
+    # each point of the disc; slip and spin share that of one disc, or have their own [physics]
+    contact_laws: tuple[ContactLaw, ...] = (
+        ContactLaw(0.0, 1.0), ContactLaw(1.0, 1.0), ContactLaw(0.0, 0.0), ContactLaw(2.0, 1.0),
+    )  # fmt: skip
     damping_axis_to_thread: float = 0.5  # between the rotor's own axis and the thread's, at the start [unset]
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
     jewel_distance_from_s: float = 0.5  # s of a window from which on a jewel's distance is free [unset]
     # m/s, of which each law of a contact begins with the one that leaves least in the shortest window [unset]
     creeps_m_per_s: tuple[float, ...] = (2e-3, 2e-4)
+    laws_from_s: float = 0.5  # s of a window from which on laws of a contact are excluded as look-alikes are [unset]
     same_sigma: float = 1.0  # standard deviations by which two sizes of one error are the same minimum [unset]
     # of the swing at its start: below, where a jewel's contact sticks and slips, a rotor tells nothing more [unset]
     kept_swing: float = 0.03

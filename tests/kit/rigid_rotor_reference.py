@@ -17,8 +17,8 @@ TINY, SMALL = 1e-30, 1e-5
 
 @dataclass(frozen=True)
 class Reference:
-    """SI; vectors in u, v, w.  friction: mu, m/N^(1/3), slowest slip m/s, slowest spin rad/s, and the share of s + c in
-    the place of sqrt(s^2 + c^2); None: frictionless.  damping: about the main axis, of the centre, about the other
+    """SI; vectors in u, v, w.  friction: mu, m/N^(1/3), slowest slip m/s, slowest spin rad/s, law of creep, 0, 1
+    or 2, and coupling; None: frictionless.  damping: about the main axis, of the centre, about the other
     axes, 1/s, and the share of the thread's direction in the main axis; None: none.
 
     field: amplitude T and angular frequency rad/s of a sine along it.
@@ -89,6 +89,12 @@ class Reference:
         size = np.linalg.norm(slip)
         turn = (1 - law) * np.hypot(spin, slowest_spin) + law * (abs(spin) + slowest_spin)
         creeping = (1 - law) * np.hypot(size, slowest_slip) + law * (size + slowest_slip)
+        if law == 2:  # at each point of the disc
+            square = size**2 + slowest_slip**2
+            stuck = 15 * np.pi / 16 * square**1.5 / (square + slowest_slip**2)
+            force = -mu * load * slip / np.hypot(square**0.5, 8 * a * spin / (3 * np.pi))
+            torque = 3 * np.pi / 16 * a**2 * mu * load * spin / np.hypot(a * spin, stuck)
+            return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
         force = -mu * load * slip / (creeping + coupling * 8 * a * turn / (3 * np.pi))
         torque = 3 * np.pi / 16 * a * mu * load * spin / (turn + coupling * 15 * np.pi / 16 * size / a)
         return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)

@@ -50,14 +50,15 @@ class _Contestant:
         values = self.fit.values[0]
         return ContactLaw(values.creep_law, values.contact_coupling)
 
-    def stays(self, field: Sequence[_Contestant]) -> bool:
-        """The window does not exclude it; of an error with its sign a contact's law, which is no name, goes sooner.
+    def stays(self, field: Sequence[_Contestant], window_s: float) -> bool:
+        """The window does not exclude it; in a long one a contact's law, which is no name, goes sooner.
 
         field: the best first.
         """
         same = next(c for c in field if c.defect == self.defect and c.fit.strength[0] * self.fit.strength[0] > 0.0)
-        of_laws = rise(self.fit, same.fit) < THRESHOLDS.selection.told_apart_chi2
-        return of_laws and rise(self.fit, field[0].fit) < FIT_LIMITS.rigid_rotor.rival_chi2
+        if window_s > _LIMITS.laws_from_s and rise(self.fit, same.fit) > THRESHOLDS.selection.told_apart_chi2:
+            return False
+        return rise(self.fit, field[0].fit) < FIT_LIMITS.rigid_rotor.rival_chi2
 
     @property
     def kind(self) -> tuple[Defect, ContactLaw]:
@@ -146,7 +147,7 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
         field.sort(key=lambda c: total_chi2(c.fit))
         if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
             raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
-        field = [c for c in field if c.stays(field)]
+        field = [c for c in field if c.stays(field, window_s)]
         starts = [Start(c.defect, c.fit.values[0], c.known) for c in field]
     best: dict[tuple[Defect, ContactLaw, bool], RotorFit] = {}
     for c in field:

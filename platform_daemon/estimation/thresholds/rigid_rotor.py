@@ -32,13 +32,11 @@ class RigidRotorThresholds:
     )
     side_factor: float = tuned(10.0, "1", "times that for what is not the swing", AGREEMENT)
     sticking_per_s: float = tuned(
-        6e5,
+        3e5,
         "1/s",
-        "rate at which a contact takes slip back, above which steps are implicit: both take as long",
+        "rate at which a contact takes slip back, above which steps are implicit: explicit ones are at their limit of "
+        "stability there",
         AGREEMENT,
-    )
-    sticking_spin: float = tuned(
-        0.25, "1", "spin over omega_nat at which that rate is taken: near its turning points it is larger", AGREEMENT
     )
     sticking_tolerance: float = tuned(1e-11, "1", "the same for implicit steps, whose errors add up", AGREEMENT)
     sticking_order: int = tuned(8, "1", "of their extrapolation; 6 takes twice as long, 10 as long", AGREEMENT)

@@ -122,19 +122,32 @@ def contact_radius(lanes, lane, load):  # type: ignore[no-untyped-def]
 
 @lane_part
 def _friction(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-def]
-    """Friction force per slip, N s/m, and torque per spin, N m s, of the contact under a load, N."""
+    """Friction force per slip, N s/m, and torque per spin, N m s, of the contact under a load, N.
+
+    Where each point of the disc creeps as v / sqrt(v^2 + c^2), the exact limits of slip alone, of spin alone and of a
+    slow spin beside a slip, beta q / (1 + c^2 / q^2) with q^2 = slip^2 + c^2, are joined by the root of their squares:
+    the force is 14 % too small at most and the torque 20 %, where slip and spin are alike.
+    """
     radius = contact_radius(lanes, lane, load)
     most = at(lanes, PARAMETER + FRICTION, lane) * max(load, 0.0)
     creep, creep_spin = at(lanes, PARAMETER + CREEP, lane), at(lanes, PARAMETER + CREEP_SPIN, lane)
     law = at(lanes, PARAMETER + CREEP_LAW, lane)
+    at_points = max(law - 1.0, 0.0)
+    sums = law - 2.0 * at_points
     rest = SLOWEST_SPIN * SLOWEST_SPIN
-    turning = (1.0 - law) * math.sqrt(spin * spin + creep_spin * creep_spin + rest)
-    turning += law * (math.sqrt(spin * spin + rest) + creep_spin)
-    creeping = (1.0 - law) * math.sqrt(slip * slip + creep * creep) + law * (slip + abs(creep))
+    bare = math.sqrt(spin * spin + rest)
+    turning = (1.0 - sums) * math.sqrt(spin * spin + creep_spin * creep_spin + rest) + sums * (bare + creep_spin)
+    creeping = (1.0 - sums) * math.sqrt(slip * slip + creep * creep) + sums * (slip + abs(creep))
     coupling = at(lanes, PARAMETER + CONTACT_COUPLING, lane)
-    by_slip = most / (creeping + coupling * SLIP_BY_SPIN * radius * turning + NOTHING)
-    by_spin = SPIN_LEVER * radius * radius * most / (radius * turning + coupling * SPIN_BY_SLIP * slip + NOTHING)
-    return by_slip, by_spin
+    slowed, beside = coupling * SLIP_BY_SPIN * radius, coupling * SPIN_BY_SLIP
+    square = slip * slip + creep * creep + NOTHING
+    whirled, pressed_on = slowed * spin, radius * spin
+    stuck = beside * square * math.sqrt(square) / (square + creep * creep)
+    slides = (1.0 - at_points) * (creeping + slowed * turning)
+    slides += at_points * math.sqrt(square + whirled * whirled)
+    turns = (1.0 - at_points) * (radius * turning + beside * slip)
+    turns += at_points * math.sqrt(pressed_on * pressed_on + stuck * stuck)
+    return most / (slides + NOTHING), SPIN_LEVER * radius * radius * most / (turns + NOTHING)
 
 
 @fast_part

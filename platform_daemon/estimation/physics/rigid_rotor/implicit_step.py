@@ -58,23 +58,35 @@ def _friction_slopes(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-
     most = at(lanes, PARAMETER + FRICTION, lane) * max(load, 0.0)
     creep, creep_spin = at(lanes, PARAMETER + CREEP, lane), at(lanes, PARAMETER + CREEP_SPIN, lane)
     law, coupling = at(lanes, PARAMETER + CREEP_LAW, lane), at(lanes, PARAMETER + CONTACT_COUPLING, lane)
+    at_points = max(law - 1.0, 0.0)
+    sums, jointly = law - 2.0 * at_points, 1.0 - at_points
     rest = SLOWEST_SPIN * SLOWEST_SPIN
     smooth, bare = math.sqrt(spin * spin + creep_spin * creep_spin + rest), math.sqrt(spin * spin + rest)
-    turning = (1.0 - law) * smooth + law * (bare + creep_spin)
-    turning_slope = (1.0 - law) * spin / smooth + law * spin / bare
+    turning = (1.0 - sums) * smooth + sums * (bare + creep_spin)
+    turning_slope = (1.0 - sums) * spin / smooth + sums * spin / bare
     crept = math.sqrt(slip * slip + creep * creep) + NOTHING
-    creeping = (1.0 - law) * crept + law * (slip + abs(creep))
-    creeping_slope = (1.0 - law) * slip / crept + law
+    creeping = (1.0 - sums) * crept + sums * (slip + abs(creep))
+    creeping_slope = (1.0 - sums) * slip / crept + sums
     slowed, beside = coupling * SLIP_BY_SPIN * radius, coupling * SPIN_BY_SLIP
-    slides = creeping + slowed * turning + NOTHING
-    turns = radius * turning + beside * slip + NOTHING
+    square = slip * slip + creep * creep + NOTHING
+    both = square + creep * creep
+    stuck = beside * square * math.sqrt(square) / both
+    stuck_slope = beside * slip * math.sqrt(square) * (square + 3.0 * creep * creep) / (both * both)
+    slides_there = math.sqrt(square + slowed * slowed * spin * spin)
+    turns_there = math.sqrt(radius * radius * spin * spin + stuck * stuck) + NOTHING
+    slides = jointly * (creeping + slowed * turning) + at_points * slides_there + NOTHING
+    turns = jointly * (radius * turning + beside * slip) + at_points * turns_there + NOTHING
+    slides_by_slip = jointly * creeping_slope + at_points * slip / slides_there
+    slides_by_spin = jointly * slowed * turning_slope + at_points * slowed * slowed * spin / slides_there
+    turns_by_spin = jointly * radius * turning_slope + at_points * radius * radius * spin / turns_there
+    turns_by_slip = jointly * beside + at_points * stuck * stuck_slope / turns_there
     by_slip, by_spin = most / slides, SPIN_LEVER * radius * radius * most / turns
     return (
         by_slip,
-        by_slip * (1.0 - slip * creeping_slope / slides),
-        -by_slip * slip * slowed * turning_slope / slides,
-        -by_spin * spin * beside / turns,
-        by_spin * (1.0 - spin * radius * turning_slope / turns),
+        by_slip * (1.0 - slip * slides_by_slip / slides),
+        -by_slip * slip * slides_by_spin / slides,
+        -by_spin * spin * turns_by_slip / turns,
+        by_spin * (1.0 - spin * turns_by_spin / turns),
     )
 
 

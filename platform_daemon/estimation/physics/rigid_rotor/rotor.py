@@ -56,6 +56,7 @@ from .motions import motions_beside
 from .swing import accelerations, padded
 
 LIMITS = THRESHOLDS.rigid_rotor
+AT_EACH_POINT = 2.0  # law of creep
 DOWN_M_PER_S2 = (0.0, 0.0, -9.81)  # world axes
 STARTS = (
     "start_angle_rad",
@@ -139,7 +140,8 @@ class RotorValues:
     jewel's contact when it only spins, undeflected; lambda_per_s: damps the turning about the main axis, which is the
     rotor's own or, by a share damping_axis_to_thread, the thread's; side_damping_per_s: damps its centre's motion,
     lean_damping_per_s its turning about the other axes; creep_m_per_s, creep_spin_rad_per_s: slip and spin below
-    which the contact creeps; creep_law: 0, the friction falls there as s / sqrt(s^2 + c^2), 1, as s / (s + c);
+    which the contact creeps; creep_law: 0, the friction falls there as s / sqrt(s^2 + c^2), 1, as s / (s + c), 2
+    (`AT_EACH_POINT`), as 0 at each point of the disc, whose spin needs no number of its own;
     contact_coupling: 1, slip and spin share the friction of one disc, 0, each has its own; tilts and displacement as in
     fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's moment against the thread
     or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes; turn_*_rad: rotation vector by
@@ -234,13 +236,16 @@ class RigidRotor:
 
     @property
     def sticks(self) -> bool:
-        """Its contact takes slip back faster than explicit steps can follow cheaply, see `implicit_step`."""
+        """Its contact takes slip back, where it hardly spins, faster than explicit steps of the swing follow.
+
+        At their limit of stability neighbours differ by noise; `implicit_step` has none.
+        """
         g, v = self.geometry, self.values
         if g.bearing != "jewel":
             return False
         lightness = 1.0 / g.mass_kg + g.radius_m**2 / g.inertia_kg_m2
-        spin_rad_per_s = LIMITS.sticking_spin * self.omega_rad_per_s
-        turning = v.contact_coupling * SLIP_BY_SPIN * self.contact_radius_m * spin_rad_per_s
+        spins = v.creep_spin_rad_per_s if v.creep_law < AT_EACH_POINT else 0.0
+        turning = v.contact_coupling * SLIP_BY_SPIN * self.contact_radius_m * spins
         return v.friction_coefficient * self._pull_n * lightness > LIMITS.sticking_per_s * (v.creep_m_per_s + turning)
 
     @property

@@ -35,6 +35,8 @@ DEFECTS = {"thread": {"stator_tilt_rad": 0.02, "rotor_tilt_rad": -0.02}, "jewel"
         ("jewel", True, 0.001, LOSSES | {"creep_law": 0.0, "creep_spin_rad_per_s": 20.0}),
         ("jewel", True, 0.001, LOSSES | {"contact_coupling": 0.0, "creep_spin_rad_per_s": 20.0}),
         ("jewel", True, 0.001, LOSSES | STICKS),
+        ("jewel", True, 0.001, LOSSES | {"creep_law": 2.0, "creep_m_per_s": 3e-3}),
+        ("jewel", True, 0.001, LOSSES | {"creep_law": 2.0, "creep_m_per_s": 3e-4}),
     ],
 )
 def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds, losses):
