@@ -15,6 +15,12 @@ MU_0_OVER_4_PI = 1.25663706127e-6 / (4 * np.pi)
 TINY, SMALL = 1e-30, 1e-5
 
 
+def joined(slow, spun, bends):
+    """The root of squares, bent by polynomials in the share of the second one."""
+    share = spun**2 / (slow**2 + spun**2)
+    return np.hypot(slow, spun) * (1 + share * (1 - share) * np.polynomial.polynomial.polyval(share, bends))
+
+
 @dataclass(frozen=True)
 class Reference:
     """SI; vectors in u, v, w.  friction: mu, m/N^(1/3), slowest slip m/s, slowest spin rad/s, law of creep, 0, 1
@@ -92,8 +98,8 @@ class Reference:
         if law == 2:  # at each point of the disc
             square = size**2 + slowest_slip**2
             stuck = 15 * np.pi / 16 * square**1.5 / (square + slowest_slip**2)
-            force = -mu * load * slip / np.hypot(square**0.5, 8 * a * spin / (3 * np.pi))
-            torque = 3 * np.pi / 16 * a**2 * mu * load * spin / np.hypot(a * spin, stuck)
+            force = -mu * load * slip / joined(square**0.5, 8 * a * spin / (3 * np.pi), (0.0640, -0.0424, 0.1118))
+            torque = 3 * np.pi / 16 * a**2 * mu * load * spin / joined(stuck, a * spin, (0.1360, -0.0990, 0.2132))
             return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
         force = -mu * load * slip / (creeping + coupling * 8 * a * turn / (3 * np.pi))
         torque = 3 * np.pi / 16 * a * mu * load * spin / (turn + coupling * 15 * np.pi / 16 * size / a)

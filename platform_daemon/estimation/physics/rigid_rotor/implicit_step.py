@@ -72,7 +72,7 @@ def _friction_slopes(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-
     both = square + creep * creep
     stuck = beside * square * math.sqrt(square) / both
     stuck_slope = beside * slip * math.sqrt(square) * (square + 3.0 * creep * creep) / (both * both)
-    slides_there = math.sqrt(square + slowed * slowed * spin * spin)
+    slides_there = math.sqrt(square + slowed * slowed * spin * spin)  # what bends them by 4 % stays explicit
     turns_there = math.sqrt(radius * radius * spin * spin + stuck * stuck) + NOTHING
     slides = jointly * (creeping + slowed * turning) + at_points * slides_there + NOTHING
     turns = jointly * (radius * turning + beside * slip) + at_points * turns_there + NOTHING
