@@ -31,12 +31,18 @@ class RigidRotorThresholds:
         1e-9, "1", "error per step of the swing, of 1 for directions and of omega_nat for speeds", AGREEMENT
     )
     side_factor: float = tuned(10.0, "1", "times that for what is not the swing", AGREEMENT)
+    # By what roots of squares are off where a slow slip, or none, goes beside a spin at each point of a Hertz disc,
+    # polynomials in the share of the spin in the square: least squares of the integrals over the disc, good to 1e-3.
+    slides_bent: tuple[float, ...] = tuned((0.0640, -0.0424, 0.1118), "1", "of the slip's friction")
+    turns_bent: tuple[float, ...] = tuned((0.1360, -0.0990, 0.2132), "1", "of the spin's friction")
     sticking_per_s: float = tuned(
-        3e5,
+        5e5,
         "1/s",
-        "rate at which a contact takes slip back, above which steps are implicit: explicit ones are at their limit of "
-        "stability there",
+        "rate at which a contact takes slip back, above which steps are implicit",
         AGREEMENT,
+    )
+    sticking_spin: float = tuned(
+        0.25, "1", "spin over omega_nat at which that rate is taken: near its turning points it is larger", AGREEMENT
     )
     sticking_tolerance: float = tuned(1e-11, "1", "the same for implicit steps, whose errors add up", AGREEMENT)
     sticking_order: int = tuned(8, "1", "of their extrapolation; 6 takes twice as long, 10 as long", AGREEMENT)

@@ -46,10 +46,8 @@ ROWS = LOAD + 1
 PERMEABILITY = 1e-7  # mu_0 / (4 pi), T m/A
 SPIN_LEVER = 3.0 * math.pi / 16.0  # eq:tf
 SLIP_BY_SPIN, SPIN_BY_SLIP = 8.0 / (3.0 * math.pi), 15.0 * math.pi / 16.0  # Zhuravlev's coefficients
-# By what roots of squares are off where a slow slip, or none, goes beside a spin at each point of a Hertz disc, over
-# the share of the spin in the square: least squares of the integrals over the disc, good to 1e-3.
-SLIDES_0, SLIDES_1, SLIDES_2 = 0.0640, -0.0424, 0.1118
-TURNS_0, TURNS_1, TURNS_2 = 0.1360, -0.0990, 0.2132
+SLIDES_0, SLIDES_1, SLIDES_2 = THRESHOLDS.rigid_rotor.slides_bent
+TURNS_0, TURNS_1, TURNS_2 = THRESHOLDS.rigid_rotor.turns_bent
 SLOWEST_SPIN = THRESHOLDS.rigid_rotor.slowest_spin_rad_per_s
 NOTHING = 1e-300  # keeps what a contact without friction divides by from being 0
 ROOT_ROUNDS = 4  # of Halley's method: from a load eight times off to the last digit

@@ -71,7 +71,7 @@ def _friction_slopes(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-
     square = slip * slip + creep * creep + NOTHING
     both = square + creep * creep
     stuck = beside * square * math.sqrt(square) / both
-    stuck_slope = beside * slip * math.sqrt(square) * (square + 3.0 * creep * creep) / (both * both)
+    stuck_slope = beside * slip * math.sqrt(square) * (both + 2.0 * creep * creep) / (both * both)
     slides_there = math.sqrt(square + slowed * slowed * spin * spin)  # what bends them by 4 % stays explicit
     turns_there = math.sqrt(radius * radius * spin * spin + stuck * stuck) + NOTHING
     slides = jointly * (creeping + slowed * turning) + at_points * slides_there + NOTHING
@@ -186,7 +186,7 @@ def between(now, length, x, before, lanes, lane, out):  # type: ignore[no-untype
 @fast_part
 def _cubic(now, length, x, before, lanes, n):  # type: ignore[no-untyped-def]
     a, b = (1.0 + 2.0 * x) * (1.0 - x) ** 2, length * x * (1.0 - x) ** 2
-    c, d = x * x * (3.0 - 2.0 * x), length * x * x * (x - 1.0)
+    c, d = 1.0 - a, length * x * x * (x - 1.0)
     e = RATE * LANES
     return (
         a * now[n] + b * before[n] + c * lanes[n] + d * lanes[e + n],

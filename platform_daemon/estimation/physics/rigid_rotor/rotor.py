@@ -236,15 +236,16 @@ class RigidRotor:
 
     @property
     def sticks(self) -> bool:
-        """Its contact takes slip back, where it hardly spins, faster than explicit steps of the swing follow.
+        """Its contact takes slip back faster than explicit steps can follow cheaply, see `implicit_step`.
 
-        At their limit of stability neighbours differ by noise; `implicit_step` has none.
+        At their limit of stability neighbours also differ by noise.  Where each point creeps by itself, they reach it
+        whenever the contact hardly spins.
         """
         g, v = self.geometry, self.values
         if g.bearing != "jewel":
             return False
         lightness = 1.0 / g.mass_kg + g.radius_m**2 / g.inertia_kg_m2
-        spins = v.creep_spin_rad_per_s if v.creep_law < AT_EACH_POINT else 0.0
+        spins = LIMITS.sticking_spin * self.omega_rad_per_s if v.creep_law < AT_EACH_POINT else 0.0
         turning = v.contact_coupling * SLIP_BY_SPIN * self.contact_radius_m * spins
         return v.friction_coefficient * self._pull_n * lightness > LIMITS.sticking_per_s * (v.creep_m_per_s + turning)
 

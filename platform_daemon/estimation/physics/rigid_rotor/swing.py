@@ -120,6 +120,20 @@ def _dense(now, h, k, row, lane, weight):  # type: ignore[no-untyped-def]
     return now[n] + h * x, now[n + LANES] + h * y, now[n + 2 * LANES] + h * z
 
 
+@fast_part
+def _sample_step(t, stop, now, k, lanes, first_s, step_s, sampled, implicit, out):  # type: ignore[no-untyped-def]
+    """Fill in what is sampled of each lane from t to stop; sampled: (LANES,) numbers of what is, which grow."""
+    length, weight = stop - t, np.empty(STAGES)
+    for lane in range(LANES):
+        while sampled[lane] < out.shape[1] and first_s[lane] + sampled[lane] * step_s <= stop:
+            at = first_s[lane] + sampled[lane] * step_s
+            if at >= t and implicit:
+                between(now, length, (at - t) / length, k[0], lanes, lane, out[lane, sampled[lane]])
+            elif at >= t:
+                _sample(now, length, (at - t) / length, k, lane, weight, out[lane, sampled[lane]])
+            sampled[lane] += 1
+
+
 @fast_kernel
 def swings(y, p, coils, drive, first_s, step_s, scale, given, implicit, out):  # type: ignore[no-untyped-def]
     """Motions from states y at t = 0, the start of the drive; fills out (LANES, n, 3) with d(moment/m_r)/dt, 1/s.
@@ -141,7 +155,7 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, implicit, out):  #
     """
     samples = out.shape[1]
     end = max(first_s.max() + samples * step_s, drive[END])
-    k, now, weight = np.empty((STAGES, STATE_SIZE)), np.empty(STATE_SIZE), np.empty(STAGES)
+    k, now = np.empty((STAGES, STATE_SIZE)), np.empty(STATE_SIZE)
     lanes, sampled = np.zeros(ROWS * LANES), np.zeros(LANES, np.int64)
     _fill(lanes, 0, y)
     _fill(lanes, PARAMETER, p)
@@ -176,14 +190,7 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, implicit, out):  #
             h = max(h, length * grow) if length < h else length * grow
         if implicit:
             rates(stop, drive, lanes)
-        for lane in range(LANES):
-            while sampled[lane] < samples and first_s[lane] + sampled[lane] * step_s <= stop:
-                at = first_s[lane] + sampled[lane] * step_s
-                if at >= t and implicit:
-                    between(now, length, (at - t) / length, k[0], lanes, lane, out[lane, sampled[lane]])
-                elif at >= t:
-                    _sample(now, length, (at - t) / length, k, lane, weight, out[lane, sampled[lane]])
-                sampled[lane] += 1
+        _sample_step(t, stop, now, k, lanes, first_s, step_s, sampled, implicit, out)
         if count > MOST_STEPS_PER_S * end:
             break
         if count == ends.size:
