@@ -235,7 +235,11 @@ def test_lambda_is_true_whichever_axis_it_damps_and_whatever_damps_the_side_mode
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("right", "wrong"),
-    [({"creep_law": 1.0}, {"creep_law": 0.0}), ({"contact_coupling": 0.0}, {"contact_coupling": 1.0})],
+    [
+        ({"creep_law": 1.0}, {"creep_law": 0.0}),
+        ({"contact_coupling": 0.0}, {"contact_coupling": 1.0}),
+        ({"creep_law": 2.0}, {"creep_law": 0.0}),
+    ],
 )
 def test_a_shot_tells_the_law_of_a_contact_and_with_it_all_else_is_true(right, wrong, pool):
     specimen = rigid_specimen("jewel", [0.0, 0.0, -9.81], 2.0, defects={"stator_tilt_rad": 0.0354})

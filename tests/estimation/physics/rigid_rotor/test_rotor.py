@@ -2,9 +2,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 
-from platform_daemon.estimation.physics.rigid_rotor.equations import END, FIELD, LANES, PULSATION
+from platform_daemon.estimation.physics.rigid_rotor.equations import (
+    END,
+    FIELD,
+    FRICTION,
+    INERTIA,
+    LANES,
+    LINK,
+    MASS,
+    PULSATION,
+)
 from platform_daemon.estimation.physics.rigid_rotor.motions import EMPTY, motions_beside
 from platform_daemon.estimation.physics.rigid_rotor.rotor import (
     CoilDrive,
@@ -12,7 +21,7 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import (
     NoRestError,
     RigidRotor,
 )
-from platform_daemon.estimation.physics.rigid_rotor.swing import swings
+from platform_daemon.estimation.physics.rigid_rotor.swing import accelerations, swings
 from tests.kit.estimated_rotors import true_rotor
 from tests.kit.rigid_rotor_reference import TINY, Reference
 from tests.kit.rigid_rotors import rigid_specimen
@@ -126,3 +135,34 @@ def test_a_rotor_that_balances_nowhere_and_one_that_cannot_be_followed_say_so():
         RigidRotor(rotor.geometry, replace(rotor.values, stator_tilt_rad=1.5), DRIVE).rest()
     with pytest.raises(LostRotorError, match="cannot be followed"):
         RigidRotor(rotor.geometry, replace(rotor.values, lambda_per_s=1e30), DRIVE).dm_dt(10, RATE_HZ)
+
+
+@pytest.mark.parametrize("slip_share", [0.0, 1e-3])
+def test_a_disc_whose_points_creep_by_themselves_spins_and_slips_as_the_integral_over_it(slip_share):
+    """Of Coulomb's friction v / sqrt(v^2 + c^2) under Hertz's pressure, beside a slow slip or none."""
+    creep = 1e-3
+    rotor = true_rotor(rigid_specimen("jewel", [0.0, 0.0, 0.0], 2.0), creep_law=2.0, creep_m_per_s=creep)
+    p = rotor.parameters
+    for speed in (0.1, 1.0, 3.0, 20.0):  # of the disc's edge, over the creep
+        y = rotor.rest()
+        spin, slip = speed * creep / rotor.contact_radius_m, slip_share * creep
+        y[12], y[2] = spin, slip / p[LINK]
+        smooth = p.copy()
+        smooth[FRICTION] = 0.0
+        rough, free = (
+            accelerations(np.repeat(y[:, None], LANES, 1), np.repeat(q[:, None], LANES, 1)) for q in (p, smooth)
+        )
+        change = (rough - free)[:, 0]
+        most = rotor.values.friction_coefficient * rotor.geometry.pull_n(rotor.values.f_nat_hz, rotor.values.distance_m)
+        torque = 3.0 * quad(lambda x, u=speed: x**3 * u * np.sqrt(1 - x * x) / np.hypot(u * x, 1.0), 0, 1)[0]
+        assert -change[12] * p[INERTIA] == pytest.approx(most * rotor.contact_radius_m * torque, rel=3e-3)
+        if slip:
+            force = (
+                3.0
+                * quad(
+                    lambda x, u=speed: x * np.sqrt(1 - x * x) / np.hypot(u * x, 1) * (1 - 0.5 / (1 + 1 / (u * x) ** 2)),
+                    0,
+                    1,
+                )[0]
+            )
+            assert -change[2] * p[LINK] * p[MASS] == pytest.approx(most * slip_share * force, rel=3e-3)
