@@ -123,7 +123,7 @@ class RigidRotorThresholds:
         1e-4, "1", "of the largest eigenvalue of scaled J^T J, above which a direction leads back to the floor", START
     )
     strong_share_of_several: float = tuned(
-        1e-5, "1", "the same for shots together: of six, fits take half as many steps as with 1e-4", START
+        1e-5, "1", "the same for shots together: six of jewel_imperfect take half as many steps as with 1e-4"
     )
     most_returns: int = tuned(8, "steps", "back to the floor after a trial", START)
     acceleration_share: float = tuned(1e-3, "1", "of the largest, below which a singular value of returns counts as 0")
