@@ -102,7 +102,9 @@ async function showJob(root, id) {
     const job = await get(pathOfJob(id));
     const result = job.result ?? {};
     const simple = Object.entries(result).filter(([, value]) => ["string", "number"].includes(typeof value) && value !== id);
-    fill(root, h("h2", { class: "words" }, nameOf(job)), facts([
+    // The buttons stand above the facts, whose rows come and go while the job runs: what moves just before a press gets no click.
+    fill(root, h("h2", { class: "words" }, nameOf(job)), h("p", { class: "buttons" }, jobActions(job, load), result.recording && h("a", { href: `#/series/${id}` }, "Shots"), job.kind === "diagnosis" && h("a", { href: `#/diagnosis/${id}` }, "Report"), job.links.report && job.kind === "reproduction" && reportButton(pathOfJob(id)), job.request.kind === "ramp" && h("a", { href: `#/ramp/${id}` }, "Ramp"), h("a", { href: `#/start/again/${id}` }, "Again")),
+    facts([
       ["Job", id],
       ["State", job.paused ? "paused" : job.state],
       ["Progress", job.finished ? null : `${job.progress.phase}, ${Math.round(100 * job.progress.fraction)} %, ${duration(job.progress.time_left_s)} left`],
@@ -113,7 +115,7 @@ async function showJob(root, id) {
       ["Waits for you", job.question],
       ["Claims of the paper", result.claims && Object.entries(Object.groupBy(result.claims, (/** @type {any} */ claim) => claim.verdict)).map(([verdict, each]) => `${each?.length} ${plain(verdict)}`).join(", ")],
       ...simple.map(([key, value]) => /** @type {[string, any]} */ ([plain(key), String(value)])),
-    ]), h("p", { class: "buttons" }, jobActions(job, load), result.recording && h("a", { href: `#/series/${id}` }, "Shots"), job.kind === "diagnosis" && h("a", { href: `#/diagnosis/${id}` }, "Report"), job.links.report && job.kind === "reproduction" && reportButton(pathOfJob(id)), job.request.kind === "ramp" && h("a", { href: `#/ramp/${id}` }, "Ramp"), h("a", { href: `#/start/again/${id}` }, "Again")),
+    ]),
     h("details", {}, h("summary", {}, "What was asked for"), h("pre", { class: "scroll", tabindex: 0 }, JSON.stringify(job.request, null, 2))));
   }
   await load();
