@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from platform_daemon.estimation.physics.models import RingDownModel
 
 from .diagnosis_result import Diagnosis
-from .effect_search import selected_effects
+from .effect_search import declared_fit, selected_effects
 from .effects.effect import Candidate
 from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, not_accepted
 from .findings.ambiguity import ambiguity_of
@@ -27,6 +27,7 @@ from .findings.rotor_findings import (
 from .findings.shot_strengths import strengths_by_shot
 from .findings.side_modes import with_side_modes
 from .findings.verdict import assess_diagnosis
+from .fluctuation_diagnosis import of_fluctuation
 from .regression.cross_validation import CrossValidation
 from .regression.joint_fit import JointFit
 from .regression.parameters import Mean, means, widened, window_disagreement
@@ -136,6 +137,17 @@ def _diagnose(
         raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
     if len(swings) > len(prepared):
         plane = plane_test(prepared)
+    by_friction = None if gaps else of_fluctuation(declared_fit(prepared, model, pool), pool)
+    if by_friction is not None:
+        return replace(
+            by_friction,
+            shots=tuple(shots),
+            refused=tuple(refused),
+            integrity=(*defects, *flawed),
+            notes=(*remarks, *test(by_friction.final), *plane_notes(plane, shots), *by_friction.notes),
+            seconds=time.perf_counter() - began_s,
+            plane=plane,
+        )
     found, late = selected_effects(prepared, model, gaps, progress, pool)
     gaps = merged([*gaps, *late])
     progress("prediction of held-out data", 0.8)

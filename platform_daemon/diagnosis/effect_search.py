@@ -86,8 +86,13 @@ def _effects(
     prepared: Sequence[PreparedShot], model: RingDownModel, progress: ProgressCallback, pool: Executor
 ) -> Selection:
     """The joint fit of the declared model, and the effects that it lacks."""
-    base = with_tone_free_noise(fit_jointly(prepared, Hypothesis(model), pool), pool)
+    base = declared_fit(prepared, model, pool)
     return select_effects(base, candidates_for(base), pool, progress)
+
+
+def declared_fit(prepared: Sequence[PreparedShot], model: RingDownModel, pool: Executor) -> JointFit:
+    """The joint fit of the declared model, its noise without the tones that the residual holds."""
+    return with_tone_free_noise(fit_jointly(prepared, Hypothesis(model), pool), pool)
 
 
 def candidates_for(base: JointFit) -> list[Candidate]:

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from .fluctuation_thresholds import Fluctuation
 from .rotor_thresholds import RigidBody
 
 
@@ -362,6 +363,7 @@ class Thresholds:
     validation: Validation = field(default_factory=Validation)
     findings: Findings = field(default_factory=Findings)
     rigid_body: RigidBody = field(default_factory=RigidBody)
+    fluctuation: Fluctuation = field(default_factory=Fluctuation)
 
 
 THRESHOLDS = Thresholds()

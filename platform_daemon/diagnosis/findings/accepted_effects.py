@@ -182,14 +182,13 @@ def _amplitude(values: np.ndarray, covariance: np.ndarray, *, pairs: bool) -> tu
 def _own_strength(c: Candidate, final: JointFit, trials: float) -> tuple[float, float, float]:
     """Rms amplitude over the shots of the strongest channel, its standard deviation, log chance."""
     rows, gain, directions = [], 0.0, 0
-    for prepared, linear in zip(final.prepared, final.linear, strict=True):
+    for linear in final.linear:
         assert c.columns is not None
-        columns = prepared.white(c.columns(linear.linearisation)).T
+        at = linear.linearisation
+        columns = at.white(c.columns(at)).T
         others = [o for o in final.hypothesis.own if o is not c]
-        wide = np.concatenate(
-            [columns, *(prepared.white(o.columns(linear.linearisation)).T for o in others if o.columns)], axis=1
-        )
-        target = linear.linearisation.whitened
+        wide = np.concatenate([columns, *(at.white(o.columns(at)).T for o in others if o.columns)], axis=1)
+        target = at.whitened
         values = np.linalg.lstsq(wide, target, rcond=None)[0][: columns.shape[1]]
         covariance = np.linalg.inv(columns.T @ columns) * final.noise_factor
         rows.append(_amplitude(values, covariance, pairs=True))

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.stats import norm
 from scipy.stats import t as student
 
+from platform_daemon.diagnosis.shots.friction_course import ProcessNoise
 from platform_daemon.diagnosis.shots.shot import PreparedShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
@@ -249,8 +250,8 @@ def _fitted(
     linear, change = linearise_shot(prepared, hypothesis, state, strengths), np.zeros(mean.size)
     chi2 = _penalised(linear, keep, (mean - change) / sd)
     for _ in range(_LIMITS.prediction_steps):
-        columns = np.concatenate([linear.base()[keep], prior])
-        residual = np.concatenate([linear.residual[keep], (mean - change) / sd])
+        columns = np.concatenate([_parts(linear, linear.base(), keep)[0], prior])
+        residual = np.concatenate([_parts(linear, linear.residual, keep)[0], (mean - change) / sd])
         step, fall = _solved(columns, residual)
         if fall < _LIMITS.settled_chi2:
             break
@@ -279,16 +280,26 @@ def _uncertain(linear: LinearisedShot, keep: np.ndarray, known: Array) -> float:
     """
     columns = np.concatenate([linear.base(), linear.columns], axis=1)
     norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    before = np.linalg.qr(np.concatenate([columns[keep], known]) / norm, mode="r")
-    wide = np.concatenate([columns[~keep] / norm, before])
-    target = np.concatenate([linear.residual[~keep], np.zeros(len(before))])
+    used, predicted = _parts(linear, columns / norm, keep)
+    before = np.linalg.qr(np.concatenate([used, known / norm]), mode="r")
+    wide = np.concatenate([predicted, before])
+    target = np.concatenate([_parts(linear, linear.residual, keep)[1], np.zeros(len(before))])
     step = np.linalg.lstsq(wide, target, rcond=_LIMITS.error_rank)[0]
     return float(target @ (wide @ step))
 
 
+def _parts(linear: LinearisedShot, rows: Array, keep: np.ndarray) -> tuple[Array, Array]:
+    """Rows (rows, ...) that are kept, and the others given those."""
+    process = linear.linearisation.process
+    if process is None or keep.all():
+        return rows[keep], rows[~keep]
+    kept, rest, _ = process.split(rows.T, keep)
+    return kept.T, rest.T
+
+
 def _penalised(linear: LinearisedShot, keep: np.ndarray, miss: Array) -> float:
     """chi^2 of the kept rows and of what is known."""
-    rows = linear.residual[keep]
+    rows = _parts(linear, linear.residual, keep)[0]
     return float(rows @ rows + miss @ miss)
 
 
@@ -308,6 +319,8 @@ def _scored(
     known: (..., parameters of the shot and strengths) what is known of these besides, in standard deviations.
     """
     linear = linearise_shot(prepared, hypothesis, state, strengths)
+    if linear.linearisation.process is not None:
+        return _scored_beside_course(linear, linear.linearisation.process, keep, whole, known)
     own = own_sizes(hypothesis, linear, strengths, keep)
     first, last = window_of(prepared)
     data = prepared.shot.record.samples[:, first:last]
@@ -322,5 +335,22 @@ def _scored(
         dof=float(left[:, rest].size),
         squares=float(np.sum(left[:, rest] ** 2)),
         energy=float(np.sum(data[:, rest] ** 2)),
+        whole=whole,
+    )
+
+
+def _scored_beside_course(
+    linear: LinearisedShot, process: ProcessNoise, keep: np.ndarray, whole: float, known: Array
+) -> HeldOutScore:
+    """Of all instants that are not kept; of the friction's course there, what the kept ones say about it is known."""
+    at = linear.linearisation
+    _, rest, left = process.split(linear.residual, keep)
+    sizes = at.prepared.white.scale.reshape(-1)[~keep]
+    data = (at.prepared.data - at.state.offsets[:, None]).reshape(-1)[~keep]
+    return HeldOutScore(
+        chi2=float(rest @ rest) - _uncertain(linear, keep, known),
+        dof=at.prepared.dof * float(np.count_nonzero(~keep)) / keep.size,
+        squares=float(np.sum((left / sizes) ** 2)),
+        energy=float(np.sum(data**2)),
         whole=whole,
     )

@@ -149,6 +149,10 @@ class Hypothesis:
         return own, np.asarray(self.factors(state)[:, None] * base[places])
 
     def through(self, linearisation: Linearisation, strengths: Array) -> Linearisation:
+        """The linearisation with the receiver effects applied, and a friction's course counted as noise."""
+        return self.received(linearisation, strengths).with_course_as_noise()
+
+    def received(self, linearisation: Linearisation, strengths: Array) -> Linearisation:
         """The linearisation with the receiver effects applied to residual and Jacobian.
 
         Parameters that are nearly determined depend on the third digit of the Jacobian.
@@ -188,5 +192,5 @@ class Hypothesis:
 
 
 def _columns(candidates: list[Candidate], linearisation: Linearisation) -> Array:
-    found = [linearisation.prepared.white(c.columns(linearisation)) for c in candidates if c.columns is not None]
+    found = [linearisation.white(c.columns(linearisation)) for c in candidates if c.columns is not None]
     return np.concatenate([np.empty((0, linearisation.whitened.size)), *found])

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
+from platform_daemon.diagnosis.shots.friction_course import course_of
 from platform_daemon.diagnosis.shots.linearisation import Linearisation, linearise_signal
 from platform_daemon.diagnosis.shots.shot import PreparedShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
@@ -80,11 +81,18 @@ class LinearisedShot:
         return whole - inside @ inside.T, gradient, np.diag(whole).copy()
 
     def own_step(self, common: Array) -> Array:
-        """Best step of the declared parameters given a step of the common strengths."""
-        target = self.q.T @ (self.residual - self.columns @ common)
+        """Best step of the declared parameters given a step of the common strengths.
+
+        Where the state has a course of the friction, the step of its knots follows: to the likeliest course then.
+        """
+        left = self.residual - self.columns @ common
+        target = self.q.T @ left
         step = np.zeros(self.free.size)
         step[self.free] = solve_triangular(self.triangle, target) * self.scale
-        return step
+        course, process = course_of(self.linearisation.state), self.linearisation.process
+        if course is None or process is None:
+            return step
+        return np.concatenate([step, process.likeliest(left - self.q @ target) - course.values])
 
     def own_covariance(self) -> Array:
         """Of the declared parameters at fixed common strengths, (p, p); 0 for those held."""
@@ -129,7 +137,7 @@ def linearise_shot(prepared: PreparedShot, hypothesis: Hypothesis, state: FitSta
     residual = linearisation.whitened - hypothesis.additive_part(strengths, shared)
     free = hypothesis.free(base.shape[1])
     base = base[:, free]
-    own = _orthonormal(hypothesis.own_columns(linearisation).T)
+    own = orthonormal(hypothesis.own_columns(linearisation).T)
     if own.shape[1]:
         base, columns, residual = (x - own @ (own.T @ x) for x in (base, columns, residual))
     q, triangle, scale = _factors(base)
@@ -153,7 +161,7 @@ def _factors(base: Array) -> tuple[Array, Array, Array]:
     return q, triangle, scale
 
 
-def _orthonormal(columns: Array) -> Array:
+def orthonormal(columns: Array) -> Array:
     """Orthonormal columns that span the same space."""
     if columns.shape[1] == 0:
         return columns

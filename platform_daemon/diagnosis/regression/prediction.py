@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from platform_daemon.diagnosis.shots.friction_course import course_of
 from platform_daemon.diagnosis.shots.linearisation import Linearisation, basis_at
 from platform_daemon.diagnosis.shots.shot import PreparedShot, SampleGrid, whitening_for
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
@@ -58,6 +59,9 @@ def unpredicted(at: JointFit, k: int) -> Array:
 def _whole(prepared: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Linearisation:
     """The model at every sample of the window, without residual and Jacobian."""
     full, model = hypothesis.extended(state, strengths), hypothesis.augmented
+    course = course_of(state)
+    if course is not None:
+        full, model = course.extended(model, full), course.model(model, frozen=True)
     every = _every_sample(prepared)
     basis = basis_at(every, model, full)
     return Linearisation.of_basis(every, full, basis)

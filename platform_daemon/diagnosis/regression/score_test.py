@@ -145,7 +145,7 @@ def candidate_columns(
             rows.append(torque[c.key])
         else:
             assert c.columns is not None
-            rows.append(prepared.white(c.columns(linear.linearisation)))
+            rows.append(linear.linearisation.white(c.columns(linear.linearisation)))
     return np.concatenate([np.empty((0, linear.linearisation.whitened.size)), *rows])
 
 
@@ -167,7 +167,8 @@ def _torque_columns(
         model, (_, _, linearisation) = hypothesis.augmented, _with_torques(prepared, hypothesis, at, k, [])
         for c in courses:
             assert c.f_nat_course is not None
-            found[c.key] = prepared.white(f_nat_column(linearisation, model, linearisation.state, c.f_nat_course))[None]
+            column = f_nat_column(linearisation, model, linearisation.state, c.f_nat_course)
+            found[c.key] = linearisation.white(column)[None]
     return found
 
 

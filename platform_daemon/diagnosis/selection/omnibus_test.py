@@ -109,11 +109,11 @@ def _one(at: JointFit, k: int, scale: tuple[float, float]) -> tuple[_Part, _Part
     model, state = hypothesis.augmented, hypothesis.extended(at.states[k], starting_strengths(at, hypothesis))
     try:
         answers = torque_responses(prepared, model, state, lambda phi, v: monomials(phi, v, scale))
-        torque = prepared.white(answers)
+        torque = linear.linearisation.white(answers)
     except LostTrajectoryError:
         torque = np.zeros((len(powers()), linear.residual.size))
     phase = sample_motion(prepared, model, state).phase
-    envelopes = prepared.white(_envelopes(phase, prepared.time_s, linear))
+    envelopes = linear.linearisation.white(_envelopes(phase, prepared.time_s, linear))
     accepted = linear.columns.T
     return linear.projected(np.concatenate([accepted, torque])), linear.projected(np.concatenate([accepted, envelopes]))
 

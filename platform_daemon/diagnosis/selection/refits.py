@@ -99,7 +99,7 @@ def own_gain(at: JointFit, candidate: Candidate, pool: Executor) -> OwnGain:
     def one(k: int) -> tuple[float, float, Callable[[], float], int]:
         linear = at.linear[k]
         assert candidate.columns is not None
-        columns = at.prepared[k].white(candidate.columns(linear.linearisation)).T
+        columns = linear.linearisation.white(candidate.columns(linear.linearisation)).T
         q, _ = np.linalg.qr(linear.without_own(columns))
         residual = linear.without_own(linear.residual)
         along = q.T @ residual

@@ -17,6 +17,7 @@ from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, Trajectory
 
+from .friction_course import ProcessNoise, course_of
 from .shot import PreparedShot
 
 _LIMITS = THRESHOLDS.shots
@@ -37,6 +38,9 @@ class Linearisation:
             f2.
         free_motion: (2, 2, m) of an angle: two solutions of the linearised equation of motion, angle and velocity /w;
             (2, 2, 0) of what else is recorded.
+        course_rows: places among the parameters of the coefficients of a friction's course, and of its knots; None:
+            they are none.
+        process: what such a course adds to the noise.
     """
 
     prepared: PreparedShot
@@ -48,6 +52,8 @@ class Linearisation:
     jacobian: Array
     even_jacobian: Array
     free_motion: Array
+    course_rows: tuple[slice, slice] | None = None
+    process: ProcessNoise | None = None
 
     @classmethod
     def of_basis(cls, prepared: PreparedShot, state: FitState, basis: Array) -> Linearisation:
@@ -122,15 +128,42 @@ class Linearisation:
         before, after = samples[:, slices[k - 1]], samples[:, slices[k + 1]]
         return before[:, ::-1][:, factor - 1 :: factor][:, :REACH][:, ::-1], after[:, ::factor][:, :REACH]
 
+    def with_course_as_noise(self) -> Linearisation:
+        """The same with the answer to the course of the friction, where there is one, as noise instead of parameters.
+
+        To first order around the likeliest course x0 the data are y = f(theta, x0) + K (x - x0) + noise, where x is
+        random with covariance L L^T.  K x0 is added to the residual, and K x counted as noise: what is fitted or tested
+        with it are generalised least squares with the covariance 1 + K L L^T K^T in units of the noise, which know how
+        much of everything the fluctuation may be, and have errors that say so.
+        """
+        course = course_of(self.state)
+        if course is None or self.course_rows is None:
+            return self
+        every, knots = self.course_rows
+        answers = self.jacobian[knots]
+        return replace(
+            self,
+            residual=self.residual + np.tensordot(course.values, answers, 1),
+            jacobian=np.delete(self.jacobian, every, axis=0),
+            even_jacobian=np.delete(self.even_jacobian, every, axis=0),
+            course_rows=None,
+            process=ProcessNoise.of(self.prepared.white(answers), course.root),
+        )
+
+    def white(self, columns: Array) -> Array:
+        """Columns (..., channels, m) in units of the noise, (..., channels m)."""
+        rows = self.prepared.white(columns)
+        return rows if self.process is None else self.process.taken_out(rows)
+
     @cached_property
     def whitened(self) -> Array:
         """Residual in units of its noise, flat (channels m,)."""
-        return self.prepared.white(self.residual)
+        return self.white(self.residual)
 
     @cached_property
     def base(self) -> Array:
         """Jacobian in units of the noise, (p, channels m)."""
-        return self.prepared.white(self.jacobian)
+        return self.white(self.jacobian)
 
     @cached_property
     def volts(self) -> Array:
@@ -139,20 +172,26 @@ class Linearisation:
 
 
 def linearise_signal(prepared: PreparedShot, model: RingDownModel, state: FitState) -> Linearisation:
-    """Evaluate a state.
+    """Evaluate a state, with the course of the friction where the shot has one.
 
     Raises:
         LostTrajectoryError: the state does not oscillate, or has left what the shot can be.
     """
     _check(prepared, state)
-    basis = basis_at(prepared, model, state)
+    seen, traced, course = state, model, course_of(state)
+    if course is not None:
+        seen, traced = course.extended(model, state), course.model(model)
+    basis = basis_at(prepared, traced, seen)
     if not np.abs(basis).max() < _LIMITS.largest_sensitivity:
         raise LostTrajectoryError("the motion answers without bounds to its parameters")
     found = Linearisation.of_basis(prepared, state, basis)
     residual = prepared.data - found.signal - state.offsets[:, None]
-    by_parameter = coefficient_jacobian(model, state)
+    by_parameter = coefficient_jacobian(traced, seen)
     even = np.tensordot(by_parameter[..., 1::2], basis[1::2], 1)
-    return replace(found, residual=residual, jacobian=np.tensordot(by_parameter, basis, 1), even_jacobian=even)
+    rows = None if course is None else course.places(model)
+    return replace(
+        found, residual=residual, jacobian=np.tensordot(by_parameter, basis, 1), even_jacobian=even, course_rows=rows
+    )
 
 
 def _check(prepared: PreparedShot, state: FitState) -> None:

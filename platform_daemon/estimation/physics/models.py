@@ -12,7 +12,7 @@ import numpy as np
 from platform_daemon.estimation.numerics.arrays import IntArray
 
 from .torque_term import Coefficient, TorqueTerm
-from .torques import BROKEN, IN_PLACE, TERMS, code_of
+from .torques import BROKEN, TERMS, code_of, is_listed
 from .torques.coulomb_friction import COULOMB_FRICTION
 from .torques.hertz_friction import HERTZ_FRICTION
 from .torques.hertz_friction_under_weight import HERTZ_FRICTION_UNDER_WEIGHT
@@ -77,7 +77,7 @@ class RingDownModel:
         names = [c.name for c in self.coefficients]
         if len(set(self.terms)) < len(self.terms) or len(set(names)) < len(names):
             raise ValueError(f"model {self.name!r} contains a torque term twice")
-        unlisted = [term.name for term in self.terms if term not in (*TERMS.values(), *IN_PLACE)]
+        unlisted = [term.name for term in self.terms if not is_listed(term)]
         if unlisted:
             raise ValueError(f"model {self.name!r} has a torque term that is not listed: {unlisted[0]!r}")
         unknown = {p.name for p in self.known} - {p.name for p in self._declared}
@@ -131,6 +131,11 @@ class RingDownModel:
     def widths(self) -> IntArray:
         """Number of coefficients of each term, int64 (terms,)."""
         return np.array([len(term.coefficients) for term in self.terms], dtype=np.int64)
+
+    @cached_property
+    def followed(self) -> int:
+        """How many coefficients, the first ones, a trajectory has derivatives by."""
+        return sum(len(term.coefficients) for term in self.terms if not term.frozen)
 
     @cached_property
     def time_dependent(self) -> bool:

@@ -53,6 +53,7 @@ class TorqueTerm:
         symmetric: tau(-phi, -v, -sigma) = -tau(phi, v, sigma), so that both directions of motion share one table.
         loses_energy: takes energy out of the motion where its first coefficient is positive.
         timed: depends on time too, which only the direct path follows.
+        frozen: no derivative by its coefficients is followed; such terms come last in a model, and are timed.
         below_rad: the term holds for smaller angles only; None: for all.
     """
 
@@ -62,4 +63,5 @@ class TorqueTerm:
     symmetric: bool = True
     loses_energy: bool = False
     timed: bool = False
+    frozen: bool = False
     below_rad: float | None = None

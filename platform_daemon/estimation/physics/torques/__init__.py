@@ -42,6 +42,7 @@ from .cubic_restoring import CUBIC_RESTORING
 from .dispatch import TIMED_FROM
 from .frequency_drift import FREQUENCY_DRIFT
 from .frequency_settling import FREQUENCY_SETTLING
+from .friction_course import friction_course
 from .hertz_friction import HERTZ_FRICTION
 from .hertz_friction_under_weight import HERTZ_FRICTION_UNDER_WEIGHT
 from .linear_restoring import LINEAR_RESTORING
@@ -82,12 +83,19 @@ TERMS: dict[str, TorqueTerm] = {t.name: t for t in (*AUTONOMOUS, *TIMED, *SEPARA
 OF_OTHER_SIGN_IN_MIRROR = frozenset(t.coefficients[0].name for t in TERMS.values() if not t.symmetric)
 
 
+def is_listed(term: TorqueTerm) -> bool:
+    """True for a term that the kernel knows."""
+    return term in TERMS.values() or term in IN_PLACE or term.function is friction_course
+
+
 def code_of(term: TorqueTerm) -> int:
     """The number by which dispatch.py knows a term; of a separate term its address in this process, negative if timed.
 
     Raises:
         ValueError: the term is not listed.
     """
+    if term.function is friction_course:
+        return TIMED_FROM + len(TIMED)
     if term in SEPARATE or term in IN_PLACE:
         return -address_of(term.function, 4) if term.timed else address_of(term.function, 3)
     return TIMED_FROM + TIMED.index(term) if term.timed else AUTONOMOUS.index(term)
@@ -123,4 +131,5 @@ __all__ = [
     "Coefficient",
     "TorqueTerm",
     "code_of",
+    "is_listed",
 ]

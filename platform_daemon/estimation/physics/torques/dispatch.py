@@ -18,6 +18,7 @@ from .coulomb_friction import coulomb_friction
 from .cubic_restoring import cubic_restoring
 from .frequency_drift import frequency_drift
 from .frequency_settling import frequency_settling
+from .friction_course import friction_course
 from .hertz_friction import hertz_friction
 from .linear_restoring import linear_restoring
 from .magnetic_restoring import magnetic_restoring
@@ -82,7 +83,7 @@ def acceleration(phi, v, sigma, codes, widths, c, grad):  # type: ignore[no-unty
 
 
 @part
-def timed_acceleration(phi, v, u, codes, widths, c, grad):  # type: ignore[no-untyped-def]
+def timed_acceleration(phi, v, u, sigma, codes, widths, c, grad):  # type: ignore[no-untyped-def]
     """Sum of all timed terms at u = w t: (tau, d tau/d phi, d tau/d v, d tau/d u); grad gets their d tau/d c."""
     total = 0.0
     total_phi = 0.0
@@ -98,6 +99,8 @@ def timed_acceleration(phi, v, u, codes, widths, c, grad):  # type: ignore[no-un
                 f, f_phi, f_v, f_u = frequency_drift(phi, sin_phi, cos_phi, v, u, c, j, grad)
             elif codes[k] == TIMED_FROM + 1:
                 f, f_phi, f_v, f_u = frequency_settling(phi, sin_phi, cos_phi, v, u, c, j, grad)
+            elif codes[k] == TIMED_FROM + 2:
+                f, f_phi, f_v, f_u = friction_course(phi, sin_phi, cos_phi, v, u, c, j, grad, sigma, widths[k])
             elif codes[k] < 0:
                 f, f_phi, f_v, f_u = call_timed(-codes[k], phi, sin_phi, cos_phi, v, u, c, j, grad)
             total += f

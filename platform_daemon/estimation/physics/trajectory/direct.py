@@ -75,7 +75,7 @@ class Trajectory:
     def __init__(self, model: RingDownModel, dynamics: MotionParameters, t_end_s: float) -> None:
         self.dynamics = dynamics
         self._timed = model.time_dependent
-        self.columns = 1 + len(model.coefficients) + int(self._timed)
+        self.columns = 1 + model.followed + int(self._timed)
         s_end = dynamics.w * t_end_s + dynamics.theta
         if not (np.isfinite(s_end) and np.isfinite(dynamics.amplitude) and dynamics.theta >= EARLIEST):
             raise LostTrajectoryError("the trajectory must begin no later than half a cycle after t = 0")

@@ -42,7 +42,7 @@ def trace_half_cycles(amplitude, theta, s_end, columns, codes, widths, c, heads,
     before = 0.0
     arrives = 0
     if theta < 0.0:
-        leaves, _ = direction_at_rest(amplitude, -theta, codes, widths, c, grad)
+        leaves, _ = direction_at_rest(amplitude, -theta, columns, codes, widths, c, grad)
         sigma = -leaves if leaves != 0.0 else math.copysign(1.0, amplitude)
         heads[0, HEAD_START] = theta
         heads[0, HEAD_DURATION] = -theta
@@ -54,7 +54,7 @@ def trace_half_cycles(amplitude, theta, s_end, columns, codes, widths, c, heads,
         heads[count, HEAD_START] = start
         if start > s_end:
             return count, STATUS_OK
-        sigma, pull = direction_at_rest(begin[0], start - theta, codes, widths, c, grad)
+        sigma, pull = direction_at_rest(begin[0], start - theta, columns, codes, widths, c, grad)
         for q in range(columns):
             begin[3 + 2 * q] *= pull / before if before != 0.0 else 0.0
         if sigma == 0.0:

@@ -34,22 +34,25 @@ MOVES_UP, MOVES_DOWN, STICKS = 1.0, -1.0, 0.0
 
 
 @part
-def _torque(phi, v, u, sigma, codes, widths, c, grad):  # type: ignore[no-untyped-def]
-    """(tau, d tau/d phi, d tau/d v, d tau/d u) of all terms; grad (coefficients + 1,): d tau/d c, then by theta."""
+def _torque(phi, v, u, columns, sigma, codes, widths, c, grad):  # type: ignore[no-untyped-def]
+    """(tau, d tau/d phi, d tau/d v, d tau/d u) of all terms; grad (coefficients + 1,): d tau/d c, then by theta.
+
+    Where there are fewer columns the last coefficients are frozen, and the derivative by theta is in their place.
+    """
     f, f_phi, f_v = acceleration(phi, v, sigma, codes, widths, c, grad)
-    t, t_phi, t_v, t_u = timed_acceleration(phi, v, u, codes, widths, c, grad)
-    grad[c.size] = -t_u
+    t, t_phi, t_v, t_u = timed_acceleration(phi, v, u, sigma, codes, widths, c, grad)
+    grad[columns - 2 if columns <= c.size else c.size] = -t_u
     return f + t, f_phi + t_phi, f_v + t_v, t_u
 
 
 @part
-def direction_at_rest(phi, u, codes, widths, c, grad):  # type: ignore[no-untyped-def]
+def direction_at_rest(phi, u, columns, codes, widths, c, grad):  # type: ignore[no-untyped-def]
     """Where a rotor at rest goes (+1, -1, or 0 where friction of either sign holds it), and its acceleration."""
     likely = -1.0 if phi > 0.0 else 1.0
-    pull, _, _, _ = _torque(phi, 0.0, u, likely, codes, widths, c, grad)
+    pull, _, _, _ = _torque(phi, 0.0, u, columns, likely, codes, widths, c, grad)
     if pull * likely > 0.0:
         return likely, pull
-    pull, _, _, _ = _torque(phi, 0.0, u, -likely, codes, widths, c, grad)
+    pull, _, _, _ = _torque(phi, 0.0, u, columns, -likely, codes, widths, c, grad)
     if pull * likely < 0.0:
         return -likely, pull
     return 0.0, 0.0
@@ -58,7 +61,7 @@ def direction_at_rest(phi, u, codes, widths, c, grad):  # type: ignore[no-untype
 @part
 def _rates(y, u, columns, sigma, codes, widths, c, grad, out):  # type: ignore[no-untyped-def]
     """Right-hand side: state (phi, v) and the variational equations of the columns."""
-    a, a_phi, a_v, _ = _torque(y[0], y[1], u, sigma, codes, widths, c, grad)
+    a, a_phi, a_v, _ = _torque(y[0], y[1], u, columns, sigma, codes, widths, c, grad)
     out[0] = y[1]
     out[1] = a
     for q in range(columns):
@@ -94,7 +97,7 @@ def _step(y, u, h, columns, sigma, codes, widths, c, grad, stages, work, out):  
 @part
 def _write_node(y, u, columns, sigma, codes, widths, c, grad, node):  # type: ignore[no-untyped-def]
     """Fill a node (see module docstring) from the state y at u."""
-    a, a_phi, a_v, a_u = _torque(y[0], y[1], u, sigma, codes, widths, c, grad)
+    a, a_phi, a_v, a_u = _torque(y[0], y[1], u, columns, sigma, codes, widths, c, grad)
     node[0] = y[0]
     node[1] = y[1]
     node[2] = a
@@ -113,7 +116,7 @@ def _last_step(y, u, guess, columns, sigma, codes, widths, c, grad, stages, work
     length = guess
     for _ in range(_NEWTON_STEPS):
         _step(y, u, length, columns, sigma, codes, widths, c, grad, stages, work, out)
-        a, _, _, _ = _torque(out[0], out[1], u + length, sigma, codes, widths, c, grad)
+        a, _, _, _ = _torque(out[0], out[1], u + length, columns, sigma, codes, widths, c, grad)
         if not sigma * a < 0.0:
             return -1.0
         correction = -out[1] / a

@@ -1,0 +1,15 @@
+"""A dry friction that fluctuates along the ring-down, a random process that is new in every shot."""
+
+from __future__ import annotations
+
+from .effect import Effect
+
+FRICTION_FLUCTUATION = Effect(
+    id="friction_fluctuation",
+    unit="1",
+    sign=1,
+    separates=(),
+    signature="the losses change within a ring-down, and otherwise in every shot",
+    source="roughness of the contact, particles in it",
+    absorbed="of a friction that fluctuates, T_f/I is the mean over the ring-downs, as far as they are long enough",
+)

@@ -1,0 +1,89 @@
+"""The random process that the friction follows: its size and its correlation time, by their marginal likelihood.
+
+The share x(t) / (mean friction) is normal with standard deviation s and the correlation exp(-|t| / tau) (Ornstein and
+Uhlenbeck).  With the shot's own parameters eliminated a shot gives information A and gradient g of the knots; to first
+order, and but for a constant, -2 log L = log det(1 + A P) - g^T (A + P^-1)^-1 g, with P = P(s, tau).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
+
+_LIMITS = THRESHOLDS.fluctuation
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionProcess:
+    """share: standard deviation over the mean friction; tau_s: correlation time."""
+
+    share: float
+    tau_s: float
+
+    def root(self, time_s: Array, friction: float) -> Array:
+        """Lower triangle L (k, k), with L L^T the covariance of knots at these times, in units of friction^2."""
+        correlation = np.exp(-np.abs(time_s[:, None] - time_s[None]) / self.tau_s)
+        return np.asarray(self.share * friction * np.linalg.cholesky(correlation))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CourseInformation:
+    """What one shot tells about its course: times of the knots, mean friction, A (k, k), g (k,)."""
+
+    time_s: Array
+    friction: float
+    information: Array
+    gradient: Array
+
+    def log_likelihood(self, process: FrictionProcess) -> float:
+        """Over that of no fluctuation."""
+        root = process.root(self.time_s, self.friction)
+        values, vectors = np.linalg.eigh(root.T @ self.information @ root)
+        along = vectors.T @ (root.T @ self.gradient)
+        values = np.maximum(values, 0.0)
+        return -0.5 * float(np.sum(np.log1p(values)) - np.sum(along**2 / (1.0 + values)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LikeliestProcess:
+    """process: the likeliest one; its errors (log share, log tau) as standard deviations; log_likelihood: over none."""
+
+    process: FrictionProcess
+    log_share_std: float
+    log_tau_std: float
+    log_likelihood: float
+
+
+def likeliest_process(shots: Sequence[CourseInformation], start: FrictionProcess) -> LikeliestProcess:
+    """Of shots that share one process."""
+    longest = max(float(s.time_s[-1]) for s in shots)
+    shortest = max(float(s.time_s[1]) for s in shots)
+    lower = np.log([_LIMITS.least_share, shortest])
+    upper = np.log([_LIMITS.largest_share, longest])
+
+    def loss(x: Array) -> float:
+        process = FrictionProcess(share=math.exp(x[0]), tau_s=math.exp(x[1]))
+        return -sum(s.log_likelihood(process) for s in shots)
+
+    first = np.clip(np.log([start.share, start.tau_s]), lower, upper)
+    found = minimize(loss, first, method="Nelder-Mead", bounds=list(zip(lower, upper, strict=True)))
+    at, h = found.x, _LIMITS.curvature_step
+    bend = np.empty((2, 2))
+    for a, b in ((0, 0), (0, 1), (1, 1)):
+        da, db = h * np.eye(2)[a], h * np.eye(2)[b]
+        bend[a, b] = bend[b, a] = (
+            loss(at + da + db) - loss(at + da - db) - loss(at - da + db) + loss(at - da - db)
+        ) / (4.0 * h * h)
+    spread = np.diag(np.linalg.pinv(bend, hermitian=True))
+    stds = np.sqrt(np.where(spread > 0.0, spread, np.inf))
+    best = FrictionProcess(share=math.exp(at[0]), tau_s=math.exp(at[1]))
+    return LikeliestProcess(
+        process=best, log_share_std=float(stds[0]), log_tau_std=float(stds[1]), log_likelihood=-float(found.fun)
+    )

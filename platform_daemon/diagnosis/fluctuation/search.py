@@ -1,0 +1,218 @@
+"""Is what an effect-free fit leaves over a friction that fluctuates along each ring-down, and what is there beside it?
+
+1. Courses of the friction are fitted while every receiver effect may have a size of its own in every shot, so that the
+   courses need not stand in for an effect of the receiver.
+2. Beside these courses the effects are chosen that all shots have in common, by linear steps.
+3. Courses and strengths are fitted in turn, each time with the likeliest random process.
+
+A law that depends on the angle or on time gives all shots the same course, a fluctuation does not: one course for all
+shots must be less likely than a course for each of them.  One shot alone does not tell them apart.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly
+from platform_daemon.diagnosis.regression.linearised_shot import LinearisedShot, linearise_shot
+from platform_daemon.diagnosis.regression.score_test import CandidateBlock, ScoreResult, score_table
+from platform_daemon.diagnosis.selection.significance import LEVEL, log_chance
+from platform_daemon.diagnosis.shots.friction_course import CourseState, FrictionCourse, dry_friction
+from platform_daemon.diagnosis.shots.linearisation import linearise_signal
+from platform_daemon.diagnosis.shots.shot import PreparedShot
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+
+from .course_fit import CourseFit, fit_course, linearise_course
+from .process import CourseInformation, FrictionProcess, LikeliestProcess, likeliest_process
+
+_LIMITS = THRESHOLDS.fluctuation
+
+
+@dataclass(frozen=True, kw_only=True)
+class FluctuatingFriction:
+    """A friction that fluctuates.
+
+    Attributes:
+        likeliest: its random process.
+        friction: mean over the shots, rad/s^2; name: the coefficient of the declared model.
+        joint_fit: of all shots with their courses, and with the effects that they have in common.
+        log_likelihood_as_law: of one course for all shots, over none.
+    """
+
+    likeliest: LikeliestProcess
+    friction: float
+    name: str
+    joint_fit: JointFit
+    log_likelihood_as_law: float
+
+
+def fluctuating_friction(base: JointFit, candidates: Sequence[Candidate], pool: Executor) -> FluctuatingFriction | None:
+    """A friction whose fluctuation leaves noise only, beside effects that all shots share; None if there is none.
+
+    base: the fit of the declared model; candidates: torque and receiver effects.
+    """
+    name = dry_friction(base.hypothesis.model)
+    if name is None or len(base.prepared) < 2:
+        return None
+    try:
+        return _found(base, name, candidates, pool)
+    except (LostTrajectoryError, np.linalg.LinAlgError):
+        return None
+
+
+def _found(base: JointFit, name: str, candidates: Sequence[Candidate], pool: Executor) -> FluctuatingFriction | None:
+    place = [c.name for c in base.hypothesis.model.coefficients].index(name)
+    fits = _first_courses(base, place, _apart(base, candidates), pool)
+    if not _is_noise(base, fits):
+        return None
+    likeliest, friction, _ = _process(fits, place, _first_process(base))
+    states = _with_process(fits, likeliest.process, friction)
+    hypothesis, strengths = _common_effects(base, states, candidates, pool)
+    for _ in range(_LIMITS.most_passes):
+        at = fit_jointly(base.prepared, hypothesis, pool, states, strengths)
+        strengths, before = at.strengths, likeliest
+        fits = _linearised(at, pool)
+        likeliest, friction, information = _process(fits, place, before.process)
+        states = _with_process(fits, likeliest.process, friction)
+        if abs(math.log(likeliest.process.share / before.process.share)) < _LIMITS.settled_log_share:
+            break
+    law = replace(
+        information[0],
+        information=np.sum([i.information for i in information], axis=0),
+        gradient=np.sum([i.gradient for i in information], axis=0),
+    )
+    as_law = likeliest_process([law], likeliest.process).log_likelihood
+    if at.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof or likeliest.log_likelihood < as_law:
+        return None
+    return FluctuatingFriction(
+        likeliest=likeliest, friction=friction, name=name, joint_fit=at, log_likelihood_as_law=as_law
+    )
+
+
+def _first_process(base: JointFit) -> FrictionProcess:
+    """Where the search for the likeliest one begins."""
+    longest_s = max(float(p.time_s[-1]) for p in base.prepared)
+    return FrictionProcess(share=_LIMITS.first_share, tau_s=_LIMITS.first_tau_share * longest_s)
+
+
+def _first_courses(base: JointFit, place: int, beside: Sequence[Candidate], pool: Executor) -> list[CourseFit]:
+    """Courses of all shots, each with receiver effects of its own.  Raises LostTrajectoryError."""
+    longest_s, knots = max(float(p.time_s[-1]) for p in base.prepared), _LIMITS.knots
+    step_s = longest_s / (knots - 1)
+    times: Array = step_s * np.arange(knots, dtype=np.float64)
+    root = _first_process(base).root(times, _mean_friction(base.states, place))
+    nothing = FrictionCourse(step_s=step_s, values=np.zeros(knots), root=root)
+
+    def one(shot: PreparedShot, state: FitState) -> CourseFit:
+        begin = CourseState(state.dynamics, state.observation, state.offsets, nothing)
+        return fit_course(shot, base.hypothesis, begin, base.strengths, beside)
+
+    return list(pool.map(one, base.prepared, base.states))
+
+
+def _linearised(at: JointFit, pool: Executor) -> list[CourseFit]:
+    """All shots of a joint fit with courses.  Raises LostTrajectoryError."""
+
+    def one(shot: PreparedShot, state: FitState) -> CourseFit:
+        assert isinstance(state, CourseState)
+        return linearise_course(shot, at.hypothesis, state, at.strengths)
+
+    return list(pool.map(one, at.prepared, at.states))
+
+
+def _process(
+    fits: Sequence[CourseFit], place: int, start: FrictionProcess
+) -> tuple[LikeliestProcess, float, list[CourseInformation]]:
+    """The likeliest process, the mean friction in rad/s^2, and what each shot tells."""
+    friction = _mean_friction([f.state for f in fits], place)
+    information = [f.information(friction) for f in fits]
+    return likeliest_process(information, start), friction, information
+
+
+def _with_process(fits: Sequence[CourseFit], process: FrictionProcess, friction: float) -> list[CourseState]:
+    """States whose courses obey a process."""
+    root = process.root(fits[0].state.course.time_s, friction)
+    return [replace(f.state, course=replace(f.state.course, root=root)) for f in fits]
+
+
+def _mean_friction(states: Sequence[FitState], place: int) -> float:
+    """Over the shots, rad/s^2; its size, where a poor fit has it negative."""
+    return abs(float(np.mean([s.dynamics.values[place] for s in states])))
+
+
+def _is_noise(base: JointFit, fits: Sequence[CourseFit]) -> bool:
+    """True if courses and receiver effects of every shot's own leave noise only."""
+    chi2 = sum(f.chi2 for f in fits)
+    return chi2 < THRESHOLDS.regression.noise_chi2_per_dof * sum(p.dof for p in base.prepared)
+
+
+def _apart(base: JointFit, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Receiver effects with columns that neither the declared parameters nor those before them can replace."""
+    shot, linear = base.prepared[0], base.linear[0]
+    offered = [c for c in candidates if c.change is not None and c.size == 1 and c.columns is not None]
+    full = linearise_signal(shot, base.hypothesis.augmented, base.full_state(0))
+    columns = np.stack([shot.white(c.columns(full))[0] for c in offered if c.columns is not None])
+    columns /= np.linalg.norm(columns, axis=1, keepdims=True)
+    columns = linear.without_own(columns.T).T
+    found: list[Candidate] = []
+    while len(found) < len(offered):
+        sizes = np.linalg.norm(columns, axis=1)
+        k = int(np.argmax(sizes))
+        if sizes[k] < _LIMITS.apart_share:
+            break
+        found.append(offered[k])
+        along = columns[k] / sizes[k]
+        columns -= np.outer(columns @ along, along)
+    return found
+
+
+def _common_effects(
+    base: JointFit, states: Sequence[CourseState], candidates: Sequence[Candidate], pool: Executor
+) -> tuple[Hypothesis, Array]:
+    """The effects that all shots have in common beside their courses, one after the other, with their strengths.
+
+    At the states of the courses' fits the data are linear in all of them, so that nothing is fitted again in between.
+    """
+
+    def one(shot: PreparedShot, state: FitState) -> LinearisedShot:
+        return linearise_shot(shot, base.hypothesis, state, base.strengths)
+
+    linear = tuple(pool.map(one, base.prepared, states))
+    at = replace(base, states=tuple(states), linear=linear)
+    table = score_table(at, candidates, pool)
+    chosen: list[CandidateBlock] = []
+    best: ScoreResult | None = None
+    while len(chosen) < _LIMITS.most_effects:
+        scores = [(score, b) for b in table.blocks if b not in chosen and (score := table.gain([*chosen, b]))]
+        scores = [(s, b) for s, b in scores if b.candidate.allows(float(s.strengths[-1]))]
+        if not scores:
+            break
+        score, block = max(scores, key=lambda pair: pair[0].gain)
+        more = (score.gain - (best.gain if best else 0.0)) * at.noise_factor
+        if log_chance(more, block.candidate.size, float(len(candidates))) >= LEVEL:
+            break
+        chosen, best = [*chosen, block], score
+    hypothesis = base.hypothesis.plus(*(b.candidate for b in chosen))
+    strengths = np.zeros(hypothesis.size)
+    if best is not None:
+        sizes = dict(zip([b.candidate.key for b in chosen], _split(best.strengths, chosen), strict=True))
+        for c, where in zip(hypothesis.common, hypothesis.slices, strict=True):
+            strengths[where] = sizes[c.key]
+    return hypothesis, strengths
+
+
+def _split(strengths: Array, blocks: Sequence[CandidateBlock]) -> list[Array]:
+    """Strengths of each block."""
+    ends = np.cumsum([0, *(len(b.where) for b in blocks)])
+    return [strengths[a:b] for a, b in itertools.pairwise(ends)]

@@ -1,0 +1,69 @@
+"""Does N50 agree with D30 once each window has a course of the friction of its own?"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import Executor
+
+import numpy as np
+
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.shots.friction_course import CourseState
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.screening.windows import N50_SECONDS
+
+from .course_fit import CourseFit, fit_course
+
+_LIMITS = THRESHOLDS.regression
+
+
+def window_disagreement_of_courses(at: JointFit, pool: Executor) -> dict[str, float]:
+    """|mean of N50 - whole window| over its standard error, by parameter, with the strengths of effects held.
+
+    at: with courses.  The whole window ends where 12 % of the amplitude are left, beyond D30.  Empty where a window
+    cannot be fitted.
+    """
+    pairs = [p for p in pool.map(lambda k: _both(at, k), range(len(at.prepared))) if p is not None]
+    if not pairs:
+        return {}
+    names, short, long = _names(at), np.array([a for a, _ in pairs]), np.array([b for _, b in pairs])
+    differences = short[:, 0] - long[:, 0]
+    count = len(pairs)
+    if count >= _LIMITS.paired_shots:
+        error = differences.std(axis=0, ddof=1) / math.sqrt(count)
+    else:
+        error = np.sqrt(np.maximum(np.sum(short[:, 1] ** 2 - long[:, 1] ** 2, axis=0), 1e-300)) / count
+    return dict(zip(names, np.abs(differences.mean(axis=0)) / error, strict=True))
+
+
+def _both(at: JointFit, k: int) -> tuple[Array, Array] | None:
+    """Values and standard deviations (2, parameters) over N50 and over the whole window."""
+    shot, state = at.prepared[k], at.states[k]
+    assert isinstance(state, CourseState)
+    rows = np.tile(shot.time_s < N50_SECONDS, shot.shot.record.channels)
+    try:
+        short = fit_course(shot, at.hypothesis, state, at.strengths, rows=rows)
+        long = fit_course(shot, at.hypothesis, state, at.strengths)
+    except LostTrajectoryError:
+        return None
+    return _values(at, short), _values(at, long)
+
+
+def _names(at: JointFit) -> list[str]:
+    """Public names of the parameters that are compared."""
+    dipole = isinstance(at.states[0].observation, DipoleObservation)
+    return ["f_nat_hz", *(c.name for c in at.hypothesis.model.coefficients), *(["m_r_am2"] if dipole else [])]
+
+
+def _values(at: JointFit, fit: CourseFit) -> Array:
+    """Values and standard deviations of a fit, in the order of the names."""
+    d, count = fit.state.dynamics, len(at.hypothesis.model.coefficients)
+    values, places = [d.w / (2.0 * math.pi), *d.values], [1, *range(3, 3 + count)]
+    if isinstance(fit.state.observation, DipoleObservation):
+        values, places = [*values, fit.state.observation.m_r], [*places, 3 + count]
+    stds = np.sqrt(np.diag(fit.own_covariance()))[places]
+    stds[0] /= 2.0 * math.pi
+    return np.array([values, stds])

@@ -1,0 +1,25 @@
+"""Tuned numbers of a friction that fluctuates along the ring-down, as thresholds.py explains them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fluctuation:
+    """When a friction is sought that fluctuates, and when it is one."""
+
+    knots: int = 80  # of a course, along the window [cost]
+    first_share: float = 0.2  # standard deviation over the mean friction where a search begins [unset]
+    first_tau_share: float = 0.07  # correlation time over the window, likewise [unset]
+    least_share: float = 1e-3  # of the standard deviation that is sought [cost]
+    largest_share: float = 1.0  # beyond, the friction would be negative for a part of the time [physics]
+    most_steps: int = 20  # of a course's fit [cost]
+    settled_chi2: float = 0.3  # fall of chi^2 over the excess at which it ends [unset]
+    smallest_fraction: float = 1e-3  # of a step [cost]
+    shortening: float = 0.4  # of a step that goes up [unset]
+    curvature_step: float = 0.05  # in the logarithms of size and correlation time [digits]
+    most_passes: int = 5  # of courses and effects in turn [cost]
+    settled_log_share: float = 0.05  # change of the process at which the turns end [unset]
+    apart_share: float = 0.02  # of a receiver effect's column that nothing else replaces, to have its own size [unset]
+    most_effects: int = 4  # that are sought beside a fluctuation at once [cost]

@@ -1,0 +1,132 @@
+"""The course of the dry friction along one shot: what it has more or less than its mean, linear between knots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.torques.coulomb_friction import COULOMB_FRICTION
+from platform_daemon.estimation.physics.torques.friction_course import FIRST_KNOT, friction_course_term
+from platform_daemon.estimation.physics.torques.hertz_friction import HERTZ_FRICTION
+from platform_daemon.estimation.physics.torques.hertz_friction_under_weight import HERTZ_FRICTION_UNDER_WEIGHT
+
+
+@dataclass(frozen=True)
+class ProcessNoise:
+    """What a random course adds to the covariance of rows in units of the noise: U s^2 U^T.
+
+    Attributes:
+        directions: U (rows, d), orthonormal. sizes: s (d,).
+        knots: (knots, d) the course that moves the rows by one of the sizes along each direction.
+    """
+
+    directions: Array
+    sizes: Array
+    knots: Array
+
+    @classmethod
+    def of(cls, answers: Array, root: Array) -> ProcessNoise:
+        """Of the answers of rows to the knots of a course, (knots, rows); root: of the knots' covariance."""
+        columns = answers.T @ root
+        squares, vectors = np.linalg.eigh(columns.T @ columns)
+        seen = squares > np.finfo(float).eps * squares[-1] * squares.size
+        sizes, vectors = np.sqrt(squares[seen]), vectors[:, seen]
+        return cls(columns @ vectors / sizes, sizes, root @ vectors)
+
+    def taken_out(self, rows: Array) -> Array:
+        """Rows (..., rows) times (1 + U s^2 U^T)^(-1/2): the covariance of what is left is 1."""
+        less = 1.0 - 1.0 / np.sqrt(1.0 + self.sizes**2)
+        return np.asarray(rows - ((rows @ self.directions) * less) @ self.directions.T)
+
+    def split(self, rows: Array, kept: np.ndarray) -> tuple[Array, Array, Array]:
+        """Rows (..., rows) from which the noise was taken out, as known and predicted ones; kept: bool, the known ones.
+
+        Returns the known rows without the noise, the others without the noise that is left when the known ones are
+        known, and the others in units of the white noise, less what the known ones say about them.
+        """
+        z = rows + ((rows @ self.directions) * (np.sqrt(1.0 + self.sizes**2) - 1.0)) @ self.directions.T
+        columns = self.directions * self.sizes
+        known, other = columns[kept], columns[~kept]
+        squares, vectors = np.linalg.eigh(known.T @ known)
+        squares = np.maximum(squares, 0.0)
+        rotated = known @ vectors
+        along = z[..., kept] @ rotated
+        part = 1.0 - 1.0 / np.sqrt(1.0 + squares)
+        inside = np.divide(part, squares, out=0.5 * np.ones_like(part), where=squares > 1e-6)
+        first = z[..., kept] - (along * inside) @ rotated.T
+        left = other @ vectors / np.sqrt(1.0 + squares)
+        expected = (along / np.sqrt(1.0 + squares)) @ left.T
+        rest = z[..., ~kept] - expected
+        return first, ProcessNoise.of(left.T, np.eye(left.shape[1])).taken_out(rest), rest
+
+    def likeliest(self, taken_out: Array) -> Array:
+        """The likeliest course (knots,) by rows from which the noise was taken out, (rows,)."""
+        return np.asarray(self.knots @ (self.sizes / np.sqrt(1.0 + self.sizes**2) * (taken_out @ self.directions)))
+
+
+_DRY = (HERTZ_FRICTION, HERTZ_FRICTION_UNDER_WEIGHT, COULOMB_FRICTION)
+
+
+def dry_friction(model: RingDownModel) -> str | None:
+    """Name of the coefficient of a declared model's dry friction, None if it has none."""
+    return next((term.coefficients[0].name for term in model.terms if term in _DRY), None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionCourse:
+    """What the friction of one shot has more than its mean.
+
+    Attributes:
+        step_s: time between two knots; the first one is at the first RX sample.
+        values: (knots,) rad/s^2.
+        root: (knots, knots) lower triangle L; L L^T is their covariance by the random process, (rad/s^2)^2.
+    """
+
+    step_s: float
+    values: Array
+    root: Array
+
+    @property
+    def time_s(self) -> Array:
+        """Of the knots, (knots,)."""
+        return np.asarray(self.step_s * np.arange(self.values.size))
+
+    def model(self, model: RingDownModel, *, frozen: bool = False) -> RingDownModel:
+        """The model with this course; its coefficients come after those of the model.  frozen: no derivatives by it."""
+        return model.with_terms(f"{model.name}+friction_course", friction_course_term(self.values.size, frozen=frozen))
+
+    def extended(self, model: RingDownModel, state: FitState) -> FitState:
+        """A state of the model as one of `model` with this course."""
+        hertz = 0.0 if COULOMB_FRICTION in model.terms else 1.0
+        known = model.parameters.get("weight_over_pull")
+        weight = known.fixed if known is not None and known.fixed is not None else 0.0
+        values = (*state.dynamics.values, self.step_s, hertz, weight, *self.values.tolist())
+        return replace(state, dynamics=replace(state.dynamics, values=values))
+
+    def places(self, model: RingDownModel) -> tuple[slice, slice]:
+        """Of all its coefficients, and of its knots, in the parameters of an extended state; model: without it."""
+        first = 3 + len(model.coefficients)
+        last = first + FIRST_KNOT + self.values.size
+        return slice(first, last), slice(first + FIRST_KNOT, last)
+
+
+@dataclass(frozen=True)
+class CourseState(FitState):
+    """A state with the course of the friction of its shot, whose knots come last in a step."""
+
+    course: FrictionCourse
+
+    def moved(self, step: Array) -> CourseState:
+        """The state after a step; one without the knots leaves the course as it is."""
+        own, knots = FitState.moved(self, step[: self.size]), step[self.size :]
+        values = self.course.values + knots if knots.size else self.course.values
+        return CourseState(own.dynamics, own.observation, own.offsets, replace(self.course, values=values))
+
+
+def course_of(state: FitState) -> FrictionCourse | None:
+    """Of a state that has one."""
+    return state.course if isinstance(state, CourseState) else None

@@ -1,0 +1,62 @@
+"""What dry friction has more or less along one ring-down, -sgn(phi') x(t) p(phi): x is linear between knots.
+
+p is the friction's law of the angle: 1 (Coulomb), or (cos(phi) + g)^(4/3) of a Hertz contact under a weight g.  The
+knots belong to one shot; diagnosis/fluctuation estimates them, and no fit moves where they are.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from platform_daemon.estimation.numerics.jit import inlined
+from platform_daemon.estimation.physics.torque_term import Coefficient, TorqueTerm
+
+FIRST_KNOT = 3  # place among the coefficients
+
+
+@inlined
+def friction_course(phi, sin_phi, cos_phi, v, u, c, j, grad, sigma, width):  # type: ignore[no-untyped-def]
+    """tau = -sigma x(u) p(phi); c0: w times the step of the knots, c1: 1 for a Hertz contact, c2: g, then x / w^2.
+
+    Before the first knot and after the last one x stays as it is there.
+    """
+    for k in range(width):
+        grad[j + k] = 0.0
+    if c[j + 1] > 0.0:
+        load = max(cos_phi + c[j + 2], 0.0)
+        root = load ** (1.0 / 3.0)
+        law = root * load
+        law_phi = -(4.0 / 3.0) * root * sin_phi
+        law_g = (4.0 / 3.0) * root
+    else:
+        law = 1.0
+        law_phi = 0.0
+        law_g = 0.0
+    place = u / c[j]
+    last = width - 4
+    k = 0
+    if place > 0.0:  # not so where the motion is lost and there is no number
+        k = int(min(place, last - 1.0))
+    part = place - k
+    inside = 0.0 <= place <= last
+    part = max(min(part, 1.0), 0.0)
+    here = j + 3 + k
+    x = (1.0 - part) * c[here] + part * c[here + 1]
+    rate = (c[here + 1] - c[here]) / c[j] if inside else 0.0
+    grad[here] = -sigma * (1.0 - part) * law
+    grad[here + 1] = -sigma * part * law
+    grad[j] = sigma * rate * place * law
+    grad[j + 2] = -sigma * x * law_g
+    return -sigma * x * law, -sigma * x * law_phi, 0.0, -sigma * rate * law
+
+
+@lru_cache
+def friction_course_term(knots: int, *, frozen: bool = False) -> TorqueTerm:
+    """The term with so many knots, at least 2; frozen: without derivatives by them."""
+    steps = (
+        Coefficient("friction_course_step_s", "s", -1, 1e2, hidden=True, held=True),
+        Coefficient("friction_course_hertz", "1", 0, 1.0, hidden=True, held=True),
+        Coefficient("friction_course_weight", "1", 0, 1e-2),
+    )
+    more = (Coefficient(f"friction_course_{k}_rad_per_s2", "rad/s^2", 2, 1e-4) for k in range(knots))
+    return TorqueTerm("friction_course", (*steps, *more), friction_course, timed=True, frozen=frozen)
