@@ -116,7 +116,7 @@ def _effects_beside(table: ScoreTable, after: CrossValidation, trials: float, po
 
 
 def _held_out_gain(at: JointFit, effect: Candidate, after: CrossValidation, pool: Executor) -> float:
-    """Fall of the held-out chi^2 that an effect brings beside the courses; infinite where nothing predicts without it."""
+    """Fall of the held-out chi^2 by an effect beside the courses; infinite where nothing predicts without it."""
     fewer = at.hypothesis.without(effect)
     try:
         return cross_validate(fit_jointly(at.prepared, fewer, pool, *starting_point(at, fewer)), pool).worse_by(after)
