@@ -36,15 +36,12 @@ from .thresholds import THRESHOLDS
 def of_fluctuation(base: JointFit, pool: Executor) -> Diagnosis | None:
     """The diagnosis that a friction explains which fluctuates, without shots, defects of the data, and time.
 
-    base: the fit of the declared model.  None: it explains nothing, or the friction does not move, or by a simple law.
+    base: the fit of the declared model.  None: it explains nothing, or all shots have the same course.
     It is tried before other effects, because some of them imitate its course in each shot, and none in all of them.
     """
     name = dry_friction(base.hypothesis.model)
     dipole = base.prepared[0].shot.record.quantity != "angle"
     if name is None or not dipole or base.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
-        return None
-    moving = moving_parameters(base, pool)
-    if not any(name in (m.name, *m.alike) and not m.fit.follows for m in moving):
         return None
     candidates = candidates_for(base)
     friction = fluctuating_friction(base, candidates, pool)
@@ -76,7 +73,7 @@ def of_fluctuation(base: JointFit, pool: Executor) -> Diagnosis | None:
         sigma_before=window_disagreement(base, pool),
         sigma_after=window_disagreement_of_courses(final, pool),
         torque=None,
-        moving=moving,
+        moving=moving_parameters(base, pool),
         next_measurements=tuple(proposals([ambiguity_of(n, final, pool) for n in named if n.confounders], 0.0)),
         notes=(*_notes(friction, named), *undecided(exact, spanned)),
         seconds=0.0,

@@ -10,6 +10,7 @@ class Fluctuation:
     """When a friction is sought that fluctuates, and when it is one."""
 
     knots: int = 80  # of a course, along the window [cost]
+    first_knots: int = 24  # of the linear test before the courses are fitted [cost]
     first_share: float = 0.2  # standard deviation over the mean friction where a search begins [unset]
     first_tau_share: float = 0.07  # correlation time over the window, likewise [unset]
     least_share: float = 1e-3  # of the standard deviation that is sought [cost]
@@ -21,5 +22,7 @@ class Fluctuation:
     curvature_step: float = 0.05  # in the logarithms of size and correlation time [digits]
     most_passes: int = 5  # of courses and effects in turn [cost]
     settled_log_share: float = 0.05  # change of the process at which the turns end [unset]
+    # of the log likelihood of a course for each shot, from which on one course for all is as good: a law [unset]
+    law_share: float = 0.85
     apart_share: float = 0.02  # of a receiver effect's column that nothing else replaces, to have its own size [unset]
     most_effects: int = 4  # that are sought beside a fluctuation at once [cost]

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
+from platform_daemon.diagnosis.selection.significance import LEVEL, log_chance
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
 
@@ -42,6 +43,16 @@ class CourseInformation:
     information: Array
     gradient: Array
 
+    @classmethod
+    def of_one_course(cls, shots: Sequence[CourseInformation]) -> CourseInformation:
+        """What shots tell about a course that they all have in common, as a law of angle, speed or time makes it."""
+        return cls(
+            time_s=shots[0].time_s,
+            friction=shots[0].friction,
+            information=np.sum([s.information for s in shots], axis=0),
+            gradient=np.sum([s.gradient for s in shots], axis=0),
+        )
+
     def log_likelihood(self, process: FrictionProcess) -> float:
         """Over that of no fluctuation."""
         root = process.root(self.time_s, self.friction)
@@ -59,6 +70,11 @@ class LikeliestProcess:
     log_share_std: float
     log_tau_std: float
     log_likelihood: float
+
+    @property
+    def sure(self) -> bool:
+        """True for a fluctuation that is there beyond chance."""
+        return log_chance(2.0 * self.log_likelihood, 2) < LEVEL
 
 
 def likeliest_process(shots: Sequence[CourseInformation], start: FrictionProcess) -> LikeliestProcess:

@@ -34,6 +34,7 @@ from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 from .course_fit import CourseFit, fit_course, linearise_course
+from .first_look import differs_from_shot_to_shot
 from .process import CourseInformation, FrictionProcess, LikeliestProcess, likeliest_process
 
 _LIMITS = THRESHOLDS.fluctuation
@@ -45,16 +46,13 @@ class FluctuatingFriction:
 
     Attributes:
         likeliest: its random process.
-        friction: mean over the shots, rad/s^2; name: the coefficient of the declared model.
+        friction: mean over the shots, rad/s^2.
         joint_fit: of all shots with their courses, and with the effects that they have in common.
-        log_likelihood_as_law: of one course for all shots, over none.
     """
 
     likeliest: LikeliestProcess
     friction: float
-    name: str
     joint_fit: JointFit
-    log_likelihood_as_law: float
 
 
 def fluctuating_friction(base: JointFit, candidates: Sequence[Candidate], pool: Executor) -> FluctuatingFriction | None:
@@ -65,14 +63,16 @@ def fluctuating_friction(base: JointFit, candidates: Sequence[Candidate], pool: 
     name = dry_friction(base.hypothesis.model)
     if name is None or len(base.prepared) < 2:
         return None
+    place = [c.name for c in base.hypothesis.model.coefficients].index(name)
+    if not differs_from_shot_to_shot(base, place, pool):
+        return None
     try:
-        return _found(base, name, candidates, pool)
+        return _found(base, place, candidates, pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
 
 
-def _found(base: JointFit, name: str, candidates: Sequence[Candidate], pool: Executor) -> FluctuatingFriction | None:
-    place = [c.name for c in base.hypothesis.model.coefficients].index(name)
+def _found(base: JointFit, place: int, candidates: Sequence[Candidate], pool: Executor) -> FluctuatingFriction | None:
     fits = _first_courses(base, place, _apart(base, candidates), pool)
     if not _is_noise(base, fits):
         return None
@@ -87,17 +87,11 @@ def _found(base: JointFit, name: str, candidates: Sequence[Candidate], pool: Exe
         states = _with_process(fits, likeliest.process, friction)
         if abs(math.log(likeliest.process.share / before.process.share)) < _LIMITS.settled_log_share:
             break
-    law = replace(
-        information[0],
-        information=np.sum([i.information for i in information], axis=0),
-        gradient=np.sum([i.gradient for i in information], axis=0),
-    )
-    as_law = likeliest_process([law], likeliest.process).log_likelihood
-    if at.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof or likeliest.log_likelihood < as_law:
+    law = likeliest_process([CourseInformation.of_one_course(information)], likeliest.process)
+    noise = at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
+    if not (noise and likeliest.sure and law.log_likelihood < _LIMITS.law_share * likeliest.log_likelihood):
         return None
-    return FluctuatingFriction(
-        likeliest=likeliest, friction=friction, name=name, joint_fit=at, log_likelihood_as_law=as_law
-    )
+    return FluctuatingFriction(likeliest=likeliest, friction=friction, joint_fit=at)
 
 
 def _first_process(base: JointFit) -> FrictionProcess:
