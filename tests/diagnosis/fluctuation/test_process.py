@@ -1,0 +1,88 @@
+"""A random process as noise against dense matrices, and the likeliest process of courses that are drawn."""
+
+import numpy as np
+import pytest
+
+from platform_daemon.diagnosis.fluctuation.process import CourseInformation, FrictionProcess, likeliest_process
+from platform_daemon.diagnosis.shots.friction_course import ProcessNoise
+
+TIMES = np.linspace(0.0, 1.5, 60)
+FRICTION = 1200.0
+
+
+@pytest.fixture
+def drawn():
+    """Answers (knots, rows), the covariance of the rows, and rows with noise and process."""
+    rng = np.random.default_rng(4)
+    answers = rng.normal(size=(6, 80)) * np.array([30.0, 10.0, 3.0, 1.0, 0.1, 0.001])[:, None]
+    root = np.tril(rng.normal(size=(6, 6))) + 3.0 * np.eye(6)
+    columns = answers.T @ root
+    return ProcessNoise.of(answers, root), answers, root, np.eye(80) + columns @ columns.T, rng.normal(size=(3, 80))
+
+
+def test_rows_without_the_noise_have_the_squares_of_generalised_least_squares(drawn):
+    process, _, _, covariance, rows = drawn
+    out = process.taken_out(rows)
+    assert out @ out.T == pytest.approx(rows @ np.linalg.solve(covariance, rows.T), rel=1e-9)
+
+
+def test_the_likeliest_course_is_the_conditional_mean(drawn):
+    process, answers, root, covariance, rows = drawn
+    expected = root @ root.T @ answers @ np.linalg.solve(covariance, rows[0])
+    assert process.likeliest(process.taken_out(rows[0])) == pytest.approx(expected, rel=1e-6, abs=1e-9)
+
+
+def test_a_split_predicts_the_other_rows_as_the_covariance_says(drawn):
+    process, _, _, covariance, rows = drawn
+    kept = np.arange(80) < 33
+    first, rest, left = process.split(process.taken_out(rows), kept)
+    inside, beside = covariance[np.ix_(kept, kept)], covariance[np.ix_(~kept, kept)]
+    assert first @ first.T == pytest.approx(rows[:, kept] @ np.linalg.solve(inside, rows[:, kept].T), rel=1e-8)
+    predicted = rows[:, ~kept] - rows[:, kept] @ np.linalg.solve(inside, beside.T)
+    assert left == pytest.approx(predicted, abs=1e-8)
+    whole = np.sum(first**2, axis=1) + np.sum(rest**2, axis=1)
+    assert whole == pytest.approx(np.sum(process.taken_out(rows) ** 2, axis=1), rel=1e-9)
+
+
+def informations(process, shots, seed, *, common=False):
+    """Of shots whose knots are seen with errors of 3 %, a course of each or one of all."""
+    rng = np.random.default_rng(seed)
+    root = process.root(TIMES, FRICTION)
+    precision = 1.0 / (0.03 * FRICTION) ** 2
+    course = root @ rng.normal(size=TIMES.size)
+    found = []
+    for _ in range(shots):
+        own = course if common else root @ rng.normal(size=TIMES.size)
+        seen = own + rng.normal(size=TIMES.size) / np.sqrt(precision)
+        found.append(
+            CourseInformation(
+                time_s=TIMES,
+                friction=FRICTION,
+                information=precision * np.eye(TIMES.size),
+                gradient=precision * seen,
+            )
+        )
+    return found
+
+
+@pytest.mark.parametrize("truth", [FrictionProcess(share=0.2, tau_s=0.1), FrictionProcess(share=0.1, tau_s=0.3)])
+def test_size_and_correlation_time_come_out_within_their_errors(truth):
+    found = likeliest_process(informations(truth, 12, 8), FrictionProcess(share=0.15, tau_s=0.15))
+    assert abs(np.log(found.process.share / truth.share)) < 3.0 * found.log_share_std
+    assert abs(np.log(found.process.tau_s / truth.tau_s)) < 3.0 * found.log_tau_std
+    assert found.log_share_std < 0.3
+    assert found.sure
+
+
+def test_noise_alone_is_no_fluctuation():
+    nothing = informations(FrictionProcess(share=1e-9, tau_s=0.1), 6, 2)
+    assert not likeliest_process(nothing, FrictionProcess(share=0.1, tau_s=0.1)).sure
+
+
+@pytest.mark.parametrize("common", [False, True])
+def test_one_course_for_all_shots_is_likelier_only_where_it_is_one(common):
+    shots = informations(FrictionProcess(share=0.2, tau_s=0.2), 4, 5, common=common)
+    start = FrictionProcess(share=0.1, tau_s=0.1)
+    apart = likeliest_process(shots, start).log_likelihood
+    alike = likeliest_process([CourseInformation.of_one_course(shots)], start).log_likelihood
+    assert (alike > apart) is common
