@@ -106,6 +106,7 @@ def candidates_for(base: JointFit) -> list[Candidate]:
     small = all(abs(s.dynamics.amplitude) < THRESHOLDS.effects.hertz_law_rad for s in base.states)
     found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
     # A weak drift too: without it others imitate one that comes to rest.
-    found.append(settling_candidate(max(float(s.time_s[-1]) for s in base.prepared)))
+    longest_s = max(float(s.time_s[-1]) for s in base.prepared)
+    found += [settling_candidate(longest_s), settling_candidate(longest_s, THRESHOLDS.effects.fast_settling)]
     f_nat_hz = float(np.mean([s.dynamics.w for s in base.states])) / (2.0 * math.pi)
     return [*found, *receiver_candidates(record.channels, record.quantity, f_nat_hz)]

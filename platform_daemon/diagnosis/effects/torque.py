@@ -214,11 +214,12 @@ def drift_candidate() -> Candidate:
     )
 
 
-def settling_candidate(seconds: float) -> Candidate:
-    """f_nat that moves at first and comes to rest within a window of this length; its rate at the first sample."""
-    return _settling(
-        _LIMITS.first_settling / seconds, _LIMITS.slowest_settling / seconds, _LIMITS.fastest_settling / seconds
-    )
+def settling_candidate(seconds: float, first: float = _LIMITS.first_settling) -> Candidate:
+    """f_nat that moves at first and comes to rest within a window of this length; its rate at the first sample.
+
+    first: time constants per window at which its search begins.
+    """
+    return _settling(first / seconds, _LIMITS.slowest_settling / seconds, _LIMITS.fastest_settling / seconds)
 
 
 def _settling(rate: float, slowest: float, fastest: float) -> Candidate:

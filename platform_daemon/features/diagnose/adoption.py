@@ -11,6 +11,7 @@ from drivers.errors import InputError
 from platform_daemon import __version__
 from platform_daemon.core.recordings.evidence import file_digests
 from platform_daemon.core.schemas.fits import FileDigest
+from platform_daemon.diagnosis.effects.fluctuation import FRICTION_FLUCTUATION
 from platform_daemon.diagnosis.report_schema import DiagnosisReport, NamedEffect
 from platform_daemon.estimation.calibration.receiver_correction import CORRECTABLE
 from platform_daemon.estimation.physics.torques import TERMS
@@ -34,6 +35,7 @@ _NOT_A_MODEL = {
     "switch_transient": "lengthen the switch window, or start the fit later",
     "zero_drift": "let the encoder warm up, or mount the camera firmly; fits take a slow drift out of each record",
     "kick": "keep the stand from being touched; a kick belongs to one recording only",
+    "friction_fluctuation": "clean the contact, or average over more shots: errors of their means contain its scatter",
     "clock_gap": "repair the data acquisition; samples that are missing belong to no model",
 }
 
@@ -164,6 +166,8 @@ _MEASURE_MORE = "measure what the diagnosis proposes next, and diagnose again"
 
 def _refuse(effect: NamedEffect, others: list[str]) -> None:
     why = "it adds to the data and belongs to one measurement, not to the resonator or the receiver"
+    if effect.id == FRICTION_FLUCTUATION.id:
+        why = "its course is another one in every shot, which no model can hold"
     remedy = _NOT_A_MODEL.get(effect.id, "treat its cause")
     if others:
         remedy += f"; or adopt the others by name: {', '.join(dict.fromkeys(others))}"
