@@ -42,7 +42,7 @@ from .selection.omnibus_test import omnibus_test
 from .selection.scales import fits_at_neighbouring_scales
 from .selection.stepwise import ProgressCallback, Selection
 from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
-from .shots.shot import DiagnosisShot, PreparedShot
+from .shots.shot import DiagnosisShot, PreparedShot, as_measured
 from .shots.thread_pool import shot_pool
 from .validation.further_shots import further_shots
 from .validation.validated_effects import validate_effects
@@ -271,7 +271,8 @@ def _prepared(
     bad = {f.shot for f in flawed}
     usable = [s for k, s in enumerate(shots) if k not in bad]
     angle = shots[0].record.quantity == "angle"
-    usable, gaps = filled_angles(usable, pool) if angle else (usable, [])
+    usable, gaps = filled_angles([as_measured(s) for s in usable], pool) if angle else (usable, [])
+    usable = [as_measured(s) for s in usable]  # of filled ones the noise was measured again
     prepared, refused = initial_fits(usable, model, pool)
     if prepared and not angle:
         prepared, gaps = filled_dipoles(prepared, model, pool)
