@@ -45,6 +45,7 @@ from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
 from .shots.shot import DiagnosisShot, PreparedShot, as_measured
 from .shots.thread_pool import shot_pool
 from .validation.further_shots import further_shots
+from .validation.own_strengths import OwnStrengths, own_strengths
 from .validation.validated_effects import validate_effects
 
 _SEARCHED = 0.7  # share of the progress that the search takes where further shots are tested
@@ -93,7 +94,7 @@ def diagnose_shots(
         def test(final: JointFit | None) -> list[str]:
             if final is None:
                 return ["a rotor is not tried on shots that were not searched"] if further else []
-            other = further_shots(final, further, pool, tested)
+            other = further_shots(final, further, pool, tested, model)
             return [] if other is None else [other.note]
 
         return _diagnose(
@@ -180,14 +181,19 @@ class _Searched:
     named: tuple[AcceptedEffect, ...]
     verdict: DiagnosisVerdict
     doubts: tuple[str, ...]
+    own: OwnStrengths | None
 
 
 def _validated(found: Selection, gaps: Sequence[DataDefect], pool: Executor) -> _Searched:
     table, before, after, dropped, replaced = validate_effects(found, pool)
     final = table.joint_fit
+    own = own_strengths(found, final, after, pool)
+    if own is not None:
+        table, after, final = found.score_table_of(own.fit), own.held_out, own.fit
     if final is not found.best:
         found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, table, after, replaced, pool) if final.hypothesis.effects else ()
+    named = (*own.named, *named) if own is not None else named
     verdict, doubts = assess_diagnosis(found, final, named, gaps, after)
     return _Searched(
         found=found,
@@ -199,6 +205,7 @@ def _validated(found: Selection, gaps: Sequence[DataDefect], pool: Executor) -> 
         named=named,
         verdict=verdict,
         doubts=doubts,
+        own=own,
     )
 
 
@@ -213,7 +220,8 @@ def _of_effects(
     """The diagnosis by effects on one angle, without shots, defects of the data, time, and notes on further shots."""
     found, final, verdict, named = searched.found, searched.final, searched.verdict, searched.named
     tentative, why_not = not_accepted(found, final, named, searched.doubts) if verdict == "unexplained" else ((), "")
-    own = strengths_by_shot(found.rejected or found.best, pool) if verdict == "unexplained" else None
+    unknown = verdict == "unexplained" and searched.own is None
+    own = strengths_by_shot(found.rejected or found.best, pool) if unknown else None
     differ = own is not None and own.differ
     why_not = "its strength differs from shot to shot" if differ else why_not
     if verdict == "unexplained":
@@ -253,6 +261,7 @@ def _of_effects(
         notes=(
             *notes(found, final, alike, refused, searched.dropped),
             *(own.notes if own is not None and differ else ()),
+            *(searched.own.told.notes if searched.own is not None else ()),
             *two_in_place_notes(named),
             *(one.note for one in small[:1]),
             *searched.doubts,

@@ -281,6 +281,10 @@ class Validation:
     shots_in_memory: int = 2  # shots of a long series in memory at once [cost]
     dropped_p: float = 0.05  # p-value above which an accepted effect is dropped again [noise]
     compared_look_alikes: int = 4  # that held-out data choose from [cost]
+    fewest_own_strengths: int = (
+        3  # shots, of which each has a strength of its own: a scatter of two says little [unset]
+    )
+    own_strength_share: float = 0.5  # of chi^2 with common strengths that own ones may leave, if not noise [unset]
     better_chi2: float = 2.0  # fall of the held-out chi^2 for which a look-alike replaces the best fit [D]
 
 

@@ -176,9 +176,12 @@ class StepwiseSearch:
     def score_table(self, at: JointFit) -> ScoreTable:
         """Of everything that can be common to the shots and is not in a refit already."""
         taken = {c.key for c in at.hypothesis.effects}
+        own = at.hypothesis.model.terms  # torques among them, where every shot has its own strength
         shared = [c for c in self._scan(at)[1] if c.shared]
         offered = [
-            c for c in [*self._named, *transients(at), *shared] if c.key not in taken and not _same_effect_in(c, at)
+            c
+            for c in [*self._named, *transients(at), *shared]
+            if c.key not in taken and c.term not in own and not _same_effect_in(c, at)
         ]
         return score_table(at, offered, self._pool)
 
