@@ -19,6 +19,7 @@ from .findings.moving_parameters import moving_parameters
 from .findings.negligible_effects import NegligibleEffect, negligible_effects
 from .findings.next_measurements import proposals
 from .findings.notes import notes, two_in_place_notes, undecided
+from .findings.own_strengths import OwnStrengths, own_strengths
 from .findings.rotor_findings import (
     leaves_less,
     may_be_a_rotor,
@@ -45,7 +46,6 @@ from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
 from .shots.shot import DiagnosisShot, PreparedShot, as_measured
 from .shots.thread_pool import shot_pool
 from .validation.further_shots import further_shots
-from .validation.own_strengths import OwnStrengths, own_strengths
 from .validation.validated_effects import validate_effects
 
 _SEARCHED = 0.7  # share of the progress that the search takes where further shots are tested

@@ -14,8 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.diagnosis.effects.effect import Candidate
-from platform_daemon.diagnosis.findings.accepted_effects import AcceptedEffect
-from platform_daemon.diagnosis.findings.shot_strengths import ShotStrengths
 from platform_daemon.diagnosis.regression.cross_validation import CrossValidation, cross_validate
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly, starting_strengths
@@ -27,6 +25,9 @@ from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.physics.models import Parameter, RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+
+from .accepted_effects import AcceptedEffect
+from .shot_strengths import ShotStrengths
 
 _LIMITS = THRESHOLDS.validation
 
