@@ -19,6 +19,7 @@ from .findings.moving_parameters import moving_parameters
 from .findings.negligible_effects import NegligibleEffect, negligible_effects
 from .findings.next_measurements import proposals
 from .findings.notes import notes, two_in_place_notes, undecided
+from .findings.own_strengths import OwnStrengths, own_strengths
 from .findings.rotor_findings import (
     leaves_less,
     may_be_a_rotor,
@@ -43,7 +44,7 @@ from .selection.omnibus_test import omnibus_test
 from .selection.scales import fits_at_neighbouring_scales
 from .selection.stepwise import ProgressCallback, Selection
 from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
-from .shots.shot import DiagnosisShot, PreparedShot
+from .shots.shot import DiagnosisShot, PreparedShot, as_measured
 from .shots.thread_pool import shot_pool
 from .validation.further_shots import further_shots
 from .validation.validated_effects import validate_effects
@@ -94,7 +95,7 @@ def diagnose_shots(
         def test(final: JointFit | None) -> list[str]:
             if final is None:
                 return ["a rotor is not tried on shots that were not searched"] if further else []
-            other = further_shots(final, further, pool, tested)
+            other = further_shots(final, further, pool, tested, model)
             return [] if other is None else [other.note]
 
         return _diagnose(
@@ -192,14 +193,19 @@ class _Searched:
     named: tuple[AcceptedEffect, ...]
     verdict: DiagnosisVerdict
     doubts: tuple[str, ...]
+    own: OwnStrengths | None
 
 
 def _validated(found: Selection, gaps: Sequence[DataDefect], pool: Executor) -> _Searched:
     table, before, after, dropped, replaced = validate_effects(found, pool)
     final = table.joint_fit
+    own = own_strengths(found, final, after, pool)
+    if own is not None:
+        table, after, final = found.score_table_of(own.fit), own.held_out, own.fit
     if final is not found.best:
         found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, table, after, replaced, pool) if final.hypothesis.effects else ()
+    named = (*own.named, *named) if own is not None else named
     verdict, doubts = assess_diagnosis(found, final, named, gaps, after)
     return _Searched(
         found=found,
@@ -211,6 +217,7 @@ def _validated(found: Selection, gaps: Sequence[DataDefect], pool: Executor) -> 
         named=named,
         verdict=verdict,
         doubts=doubts,
+        own=own,
     )
 
 
@@ -225,7 +232,8 @@ def _of_effects(
     """The diagnosis by effects on one angle, without shots, defects of the data, time, and notes on further shots."""
     found, final, verdict, named = searched.found, searched.final, searched.verdict, searched.named
     tentative, why_not = not_accepted(found, final, named, searched.doubts) if verdict == "unexplained" else ((), "")
-    own = strengths_by_shot(found.rejected or found.best, pool) if verdict == "unexplained" else None
+    unknown = verdict == "unexplained" and searched.own is None
+    own = strengths_by_shot(found.rejected or found.best, pool) if unknown else None
     differ = own is not None and own.differ
     why_not = "its strength differs from shot to shot" if differ else why_not
     if verdict == "unexplained":
@@ -265,6 +273,7 @@ def _of_effects(
         notes=(
             *notes(found, final, alike, refused, searched.dropped),
             *(own.notes if own is not None and differ else ()),
+            *(searched.own.told.notes if searched.own is not None else ()),
             *two_in_place_notes(named),
             *(one.note for one in small[:1]),
             *searched.doubts,
@@ -283,7 +292,8 @@ def _prepared(
     bad = {f.shot for f in flawed}
     usable = [s for k, s in enumerate(shots) if k not in bad]
     angle = shots[0].record.quantity == "angle"
-    usable, gaps = filled_angles(usable, pool) if angle else (usable, [])
+    usable, gaps = filled_angles([as_measured(s) for s in usable], pool) if angle else (usable, [])
+    usable = [as_measured(s) for s in usable]  # of filled ones the noise was measured again
     prepared, refused = initial_fits(usable, model, pool)
     if prepared and not angle:
         prepared, gaps = filled_dipoles(prepared, model, pool)

@@ -28,7 +28,8 @@ from .regression.prediction import unpredicted
 from .selection.component_search import with_tone_free_noise
 from .selection.data_integrity import DataDefect, gap_filled
 from .selection.kick_search import kicks
-from .selection.stepwise import ProgressCallback, Selection, select_effects
+from .selection.select_effects import select_effects
+from .selection.stepwise import ProgressCallback, Selection
 from .shots.shot import PreparedShot
 from .thresholds import THRESHOLDS
 

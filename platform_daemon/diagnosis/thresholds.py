@@ -167,6 +167,9 @@ class Selection:
     helping_ratio: float = 0.9  # of held-out errors that a further torque must reach [A]
     refined_shares: tuple[float, ...] = (1.0, 0.4, 0.15)  # of a grid step, at which places are refined in turn [unset]
     own_refined_shares: tuple[float, ...] = (1.0, 0.3)  # the same for effects that every shot has for itself [unset]
+    # the same for lines beside torques: a thousandth of a step off they show [test_select_effects]
+    line_place_shares: tuple[float, ...] = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
+    torque_rounds: int = 3  # in which torques are judged again beside the lines that were found [cost]
     most_place_moves: int = 5  # moves of a place or hidden scale per grid step [cost]
     place_move_chi2: float = 0.5  # fall of chi^2 that makes another move worth while [cost]
     scale_steps: int = 8  # Gauss-Newton steps of a hidden scale [cost]
@@ -281,6 +284,10 @@ class Validation:
     shots_in_memory: int = 2  # shots of a long series in memory at once [cost]
     dropped_p: float = 0.05  # p-value above which an accepted effect is dropped again [noise]
     compared_look_alikes: int = 4  # that held-out data choose from [cost]
+    fewest_own_strengths: int = (
+        3  # shots, of which each has a strength of its own: a scatter of two says little [unset]
+    )
+    own_strength_share: float = 0.5  # of chi^2 with common strengths that own ones may leave, if not noise [unset]
     better_chi2: float = 2.0  # fall of the held-out chi^2 for which a look-alike replaces the best fit [D]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import product
 
@@ -122,6 +123,8 @@ def _best_fit(problem: FitProblem, start: InitialState, prepared: PreparedRecord
             continue
         if found[-1].normal.chi2 < POOR_CHI2 * dof:
             break
+    if not found and (minimum := _with_scales_held_first(problem, start, prepared)) is not None:
+        return minimum
     if not found:
         first = _start_state(start.state(start.amplitudes[0]), problem.model, prepared)
         _refuse_faint(prepared, problem, first)
@@ -129,6 +132,68 @@ def _best_fit(problem: FitProblem, start: InitialState, prepared: PreparedRecord
         raise RefusedError(Refusal.NO_CONVERGENCE, failure)
     problem.doubts = ambiguity(found, problem.model, problem.free, dof)
     return min(found, key=lambda fitted: fitted.normal.chi2)
+
+
+def _with_scales_held_first(problem: FitProblem, start: InitialState, prepared: PreparedRecord) -> Minimum | None:
+    """The minimum from the best one with the speed at which a friction falls held; None if none is found.
+
+    While a window grows that speed is hardly known, and a step of it leads to where the friction is gone.
+
+    Raises:
+        RefusedError: the record does not tell that speed.
+    """
+    scales = [k for k in problem.model.speeds_of_friction if problem.free[3 + k]]
+    if not scales:
+        return None
+    free = problem.free.copy()
+    free[[3 + k for k in scales]] = False
+    first = start.state(start.amplitudes[0])
+    found: list[tuple[float, Minimum]] = []
+
+    def held(log_ratio: float) -> float:
+        """chi^2 with the speed at so many times its start; infinite if no fit converges."""
+        near = min(found, key=lambda pair: abs(pair[0] - log_ratio))[1].state if found else first
+        values = [
+            q * math.exp(log_ratio) if k in scales else near.dynamics.values[k]
+            for k, q in enumerate(first.dynamics.values)
+        ]
+        state = replace(near, dynamics=replace(near.dynamics, values=tuple(values)))
+        periods = prepared.periods + 1.0 if found else start.periods
+        try:
+            minimum = fit_progressively(
+                replace(problem, free=free, passes=0),
+                _start_state(state, problem.model, prepared),
+                start_periods=periods,
+                last=prepared.chosen.last,
+                schedule=CAREFUL,
+            )
+        except FAILURES:
+            return math.inf
+        found.append((log_ratio, minimum))
+        return float(minimum.normal.chi2)
+
+    for ratio in LIMITS.held_scale_ratios:
+        held(math.log(ratio))
+    if not found:
+        return None
+    centre = min(found, key=lambda pair: pair[1].normal.chi2)[0]
+    from scipy.optimize import minimize_scalar  # here, because only such frictions need it
+
+    limits = centre - LIMITS.held_scale_reach, centre + LIMITS.held_scale_reach
+    minimize_scalar(held, bounds=limits, method="bounded", options={"xatol": LIMITS.held_scale_log_error})
+    best = min((minimum for _, minimum in found), key=lambda m: m.normal.chi2)
+    problem.passes = 0
+    try:
+        whole = prepared.periods + 1.0
+        freed = fit_progressively(problem, best.state, start_periods=whole, last=prepared.chosen.last, schedule=CAREFUL)
+        there = problem.evaluate(freed.state, prepared.chosen.last).normal.chi2
+        if there - best.normal.chi2 < LIMITS.held_scale_chi2 * max(1.0, there / prepared.degrees(problem)):
+            return freed
+    except FAILURES:
+        pass
+    names = ", ".join(problem.model.coefficients[k].name for k in scales)
+    value = best.state.dynamics.values[scales[0]]
+    raise RefusedError(Refusal.NO_CONVERGENCE, f"the record does not tell {names}: hold it (--fix {names}={value:.3g})")
 
 
 def _refuse_faint(prepared: PreparedRecord, problem: FitProblem, state: FitState) -> None:

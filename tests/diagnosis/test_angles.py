@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfiltfilt
 
 from platform_daemon.diagnosis.diagnose import diagnose_shots
 from platform_daemon.diagnosis.report import diagnosis_report
@@ -50,3 +51,17 @@ def test_a_kick_is_named_with_its_instant_and_its_size(dry):
     found = names["kick"]
     assert found.strength.value == pytest.approx(2e-3 * 2.0 * np.pi * NATURAL_HZ, rel=0.1)
     assert found.detail.sample / RATE == pytest.approx(8.3 / NATURAL_HZ, abs=0.03 / NATURAL_HZ)
+
+
+def test_a_filtered_angle_is_judged_by_the_noise_that_the_filter_left():
+    angle = swing(0.8, 24.0, dry=0.002)
+    read = angle + np.random.default_rng(1).normal(0.0, 3e-4, angle.size)
+    filtered = sosfiltfilt(butter(4, 20.0, fs=RATE, output="sos"), read)[200:-200]  # without what the ends do to it
+    record = RingDownRecord(filtered[None], RATE, "angle")
+    report = diagnosis_report(
+        diagnose_shots([DiagnosisShot("swing", record, estimate_noise(record))], MODELS["thread"])
+    )
+    assert (report.verdict, [e.id for e in report.effects]) == ("explained", ["coulomb_friction"])
+    assert 0.1 < report.held_out.chi2_per_dof_after < 2.0
+    friction = report.effects[0].strength
+    assert abs(friction.value - 0.002 * (2.0 * np.pi * NATURAL_HZ) ** 2) < 4.0 * friction.std

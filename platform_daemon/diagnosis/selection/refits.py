@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -64,14 +64,31 @@ def _refined_effect(at: JointFit, c: Candidate, share: float, pool: Executor) ->
     return at if trial is None or trial.chi2 >= at.chi2 else trial
 
 
-def refined_own(at: JointFit, c: Candidate, pool: Executor) -> Candidate:
-    """An effect that every shot has for itself, where it gains most."""
+def refined_own(
+    at: JointFit, c: Candidate, pool: Executor, shares: Sequence[float] = _LIMITS.own_refined_shares
+) -> Candidate:
+    """An effect that every shot has for itself, where it gains most; shares: of a grid step, in turn."""
     bin_hz = 1.0 / float(at.prepared[0].time_s[-1])
-    for share in _LIMITS.own_refined_shares:
+    for share in shares:
         if c.near is not None:
             scale = share * bin_hz if c.detail.tau_s is None else share
             c = max(c.near(scale), key=lambda v: own_gain(at, v, pool).fall)
     return c
+
+
+def lines_in_place(at: JointFit, pool: Executor) -> JointFit:
+    """The joint fit with every oscillation where it gains most beside what was found after it; itself if none moves."""
+    for _ in range(_LIMITS.most_place_moves):
+        before = at
+        for c in at.hypothesis.own:
+            reduced = refit(at.hypothesis.without(c), at, pool) if c.near is not None else None
+            moved = c if reduced is None else refined_own(reduced, c, pool, _LIMITS.line_place_shares)
+            if reduced is not None and moved.key != c.key:
+                trial = allowed_refit(reduced.hypothesis.plus(moved), at, pool)
+                at = at if trial is None or trial.chi2 >= at.chi2 else trial
+        if before.chi2 - at.chi2 < _LIMITS.place_move_chi2 * at.noise_factor:
+            break
+    return at
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from platform_daemon.diagnosis.effects.additive import OSCILLATIONS
 from platform_daemon.diagnosis.effects.effect import Candidate
-from platform_daemon.diagnosis.regression.cross_validation import cross_validate
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.score_test import CandidateBlock, ScoreResult, ScoreTable, score_table
@@ -28,7 +26,6 @@ from .scales import at_best_scales
 from .sign_constraints import signs_allowed, step_allowed
 from .significance import LEVEL, log_chance
 from .subsets import pairs, singles, triples
-from .torque_sets import best_torques
 
 _LIMITS = THRESHOLDS.selection
 
@@ -80,55 +77,6 @@ class Selection:
     others: tuple[JointFit, ...] = ()
 
 
-def select_effects(
-    base: JointFit, candidates: Sequence[Candidate], pool: Executor, progress: ProgressCallback
-) -> Selection:
-    """Add effects to the declared model until nothing that has a name is left.
-
-    candidates: torque and receiver candidates; additive ones are searched for here.
-
-    Raises:
-        LostTrajectoryError: the declared model itself describes no oscillation.
-    """
-    if base.prepared[0].shot.record.quantity != "angle" or base.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
-        return _Search(base, list(candidates), pool, progress).run(base)
-    every = _Search(base, list(candidates), pool, progress)
-    motions = [c for c in candidates if c.change is None]
-    sets = best_torques(base, motions, float(len(candidates)), pool, progress)
-    beside = _beside(sets.best, base, candidates, pool, progress)
-    lines = [c for c in beside.best.hypothesis.effects if c.effect in OSCILLATIONS]
-    if lines and beside.best.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof:
-        # A torque that was no sure gain while a line stood in the residual may be one now.
-        known = refit(base.hypothesis.plus(*lines), beside.best, pool)
-        again = None if known is None else best_torques(known, motions, float(len(candidates)), pool, progress)
-        if again is not None and _predicts_better(again.best, beside.best, pool):
-            sets, beside = again, _beside(again.best, base, candidates, pool, progress)
-    return replace(
-        beside,
-        tried=every.singles(every.score_table(base)),
-        score_table=every.score_table(beside.best),
-        score_table_of=every.score_table,
-        rejected=sets.rejected,
-        torques=sets.best,
-        others=sets.others,
-    )
-
-
-def _predicts_better(one: JointFit, other: JointFit, pool: Executor) -> bool:
-    """By what a further torque must bring."""
-    errors = [cross_validate(at, pool).total.nrmse for at in (one, other)]
-    return one.chi2 < other.chi2 and errors[0] < _LIMITS.helping_ratio * errors[1]
-
-
-def _beside(
-    torques: JointFit, base: JointFit, candidates: Sequence[Candidate], pool: Executor, progress: ProgressCallback
-) -> Selection:
-    """What acts beside a set of torques."""
-    # Linear scores are right for torques too where little is left to be explained.
-    quiet = torques.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
-    return _Search(base, [c for c in candidates if c.term is None or quiet], pool, progress).run(torques)
-
-
 @dataclass(frozen=True, kw_only=True)
 class _PerShotEffect:
     """An effect that every shot has for itself, and the logarithm of its chance.
@@ -142,11 +90,20 @@ class _PerShotEffect:
     log_p_before: float
 
 
-class _Search:
+class StepwiseSearch:
     """State of a search."""
 
-    def __init__(self, base: JointFit, named: list[Candidate], pool: Executor, progress: ProgressCallback) -> None:
+    def __init__(
+        self,
+        base: JointFit,
+        named: list[Candidate],
+        pool: Executor,
+        progress: ProgressCallback,
+        explained: JointFit | None = None,
+    ) -> None:
+        """explained: what is so does not make the gains of torques negligible; None: nothing is yet, as in `base`."""
         self._base = base
+        self._explained = explained or base
         self._named = named
         self._pool = pool
         self._progress = progress
@@ -219,9 +176,12 @@ class _Search:
     def score_table(self, at: JointFit) -> ScoreTable:
         """Of everything that can be common to the shots and is not in a refit already."""
         taken = {c.key for c in at.hypothesis.effects}
+        own = at.hypothesis.model.terms  # torques among them, where every shot has its own strength
         shared = [c for c in self._scan(at)[1] if c.shared]
         offered = [
-            c for c in [*self._named, *transients(at), *shared] if c.key not in taken and not _same_effect_in(c, at)
+            c
+            for c in [*self._named, *transients(at), *shared]
+            if c.key not in taken and c.term not in own and not _same_effect_in(c, at)
         ]
         return score_table(at, offered, self._pool)
 
@@ -248,7 +208,9 @@ class _Search:
     def _best_common(self, table: ScoreTable) -> float:
         """Logarithm of the chance of the most surprising candidate, of either sign, alone or with another."""
         floor = (
-            _LIMITS.negligible_share * max(self._base.chi2 - table.joint_fit.chi2, 0.0) / table.joint_fit.noise_factor
+            _LIMITS.negligible_share
+            * max(self._explained.chi2 - table.joint_fit.chi2, 0.0)
+            / table.joint_fit.noise_factor
         )
         best = 0.0
         for sets, trials in ((singles(table), 1.0), (pairs(table), 0.5 * self._trials)):

@@ -51,11 +51,13 @@ class TorqueSearch:
         best: the declared model with the torques that explain most and predict best; itself if none is worth it.
         rejected: the set that explains far more than that, if one does, but does not predict what was not used.
         others: where the best leaves more than noise, the sets that leave hardly more than it does; the best first.
+        next_larger: the set with one torque more that leaves least, whether that is sure or not; None: none was tried.
     """
 
     best: JointFit
     rejected: JointFit | None
     others: tuple[JointFit, ...]
+    next_larger: JointFit | None
 
 
 def best_torques(
@@ -80,11 +82,13 @@ def best_torques(
         best = _better(best, allowed, trials, pool)
         rejected = min([f for f in (rejected, *allowed[:1]) if f is not None], key=lambda f: f.chi2, default=None)
         leaders = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _LIMITS.rival_share)][: _LIMITS.grown_sets]
+    larger = [f for f in known.values() if len(_keys(f)) == len(_keys(best.fitted)) + 1]
     far_better = rejected is not None and rejected.chi2 < _LIMITS.rejected_share * best.fitted.chi2
     return TorqueSearch(
         best=best.fitted,
         rejected=rejected if far_better else None,
         others=() if _quiet(best.fitted) else alternatives(best.fitted, list(known.values())),
+        next_larger=min(larger, key=lambda f: f.chi2, default=None),
     )
 
 

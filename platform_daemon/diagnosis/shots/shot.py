@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,11 +12,13 @@ from scipy.signal import firwin, kaiserord, upfirdn
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.noise.angle import quietest_sd
 from platform_daemon.estimation.noise.coloured import sd_at
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.rotor_fit.shot import RotorContext
+from platform_daemon.estimation.screening.oscillation import find_oscillation
 
 _LIMITS = THRESHOLDS.shots
 _UNITS = {"dmdt": "A m^2/s", "voltage": "V", "angle": "rad"}
@@ -68,6 +70,15 @@ class DiagnosisShot:
     def from_volts(self) -> Array:
         """Back from the digitiser's channels."""
         return np.asarray(np.linalg.inv(self.to_volts), dtype=np.float64)
+
+
+def as_measured(shot: DiagnosisShot) -> DiagnosisShot:
+    """An angle with no less noise than a measured one can have; anything else as it is."""
+    if shot.record.quantity != "angle" or (line := find_oscillation(shot.record)) is None:
+        return shot
+    sd = float(shot.noise.sd[0])
+    least = quietest_sd(shot.record, sd, line.frequency_hz)
+    return shot if least == sd else replace(shot, noise=NoiseModel.white(np.array([least]), shot.rate_hz))
 
 
 @dataclass(frozen=True)

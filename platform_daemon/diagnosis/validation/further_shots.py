@@ -15,6 +15,7 @@ from platform_daemon.diagnosis.regression.per_shot_fit import per_shot_fit
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 _LIMITS = THRESHOLDS.validation
@@ -55,9 +56,11 @@ def further_shots(
     shots: Iterable[Callable[[], DiagnosisShot | None]],
     pool: Executor,
     progress: Callable[[int], None],
+    declared: RingDownModel,
 ) -> FurtherShots | None:
     """Fit further shots a few at a time to bound the memory; None if there are none.
 
+    declared: the model before; that of the final fit has the torques of which every shot has its own strength too.
     shots: each is read by its call, which returns None if it cannot be used. progress: called with the number done.
     """
     scores: list[tuple[str, float, float]] = []
@@ -65,7 +68,7 @@ def further_shots(
 
     def one(load: Callable[[], DiagnosisShot | None]) -> tuple[str, float, float] | str | None:
         shot = load()
-        return None if shot is None else _scored(final, shot)
+        return None if shot is None else _scored(final, shot, declared)
 
     done = 0
     for some in _batches(iter(shots)):
@@ -92,15 +95,15 @@ def _batches(shots: Iterator[Callable[[], DiagnosisShot | None]]) -> Iterator[li
         yield some
 
 
-def _scored(final: JointFit, shot: DiagnosisShot) -> tuple[str, float, float] | str:
+def _scored(final: JointFit, shot: DiagnosisShot, declared: RingDownModel) -> tuple[str, float, float] | str:
     """(name, chi^2/dof before, after); its name alone if it cannot be fitted."""
-    plain = Hypothesis(final.hypothesis.model)
-    prepared, _ = initial_fits([shot], plain.model, None)
-    if not prepared:
-        return shot.name
-    try:
-        pairs = ((plain, np.zeros(0)), (final.hypothesis, final.strengths))
-        before, after = (per_shot_fit(prepared[0], h, strengths)[0].chi2 / prepared[0].dof for h, strengths in pairs)
-    except (LostTrajectoryError, np.linalg.LinAlgError):
-        return shot.name
-    return shot.name, before, after
+    scores = []
+    for hypothesis, strengths in ((Hypothesis(declared), np.zeros(0)), (final.hypothesis, final.strengths)):
+        prepared, _ = initial_fits([shot], hypothesis.model, None)
+        if not prepared:
+            return shot.name
+        try:
+            scores.append(per_shot_fit(prepared[0], hypothesis, strengths)[0].chi2 / prepared[0].dof)
+        except (LostTrajectoryError, np.linalg.LinAlgError):
+            return shot.name
+    return shot.name, scores[0], scores[1]

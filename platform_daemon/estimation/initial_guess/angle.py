@@ -64,20 +64,42 @@ def _energy(model: RingDownModel, angle: Array) -> Array:
 
 
 def _losses(model: RingDownModel, cycles: HalfCycles, w: float) -> tuple[float, ...]:
-    """Values of all coefficients: losses by least squares with no negative one from the energies, others 0."""
+    """Values of all coefficients: losses by least squares with no negative one from the energies, others 0.
+
+    The speed at which a friction falls is the one of some with which the losses explain the energies best.
+    """
     typical = np.array([c.typical for c in model.coefficients])
+    speeds = model.speeds_of_friction
+    fastest = 2.0 * math.sin(0.5 * min(float(np.max(np.abs(cycles.turning_rad))), LIMITS.angle_widest_rad))
+    best, left = _explained_losses(model, cycles, typical)
+    for share in LIMITS.angle_speed_shares if speeds else ():
+        scaled = typical.copy()
+        scaled[list(speeds)] = share * fastest
+        other, rest = _explained_losses(model, cycles, scaled)
+        if rest < left:
+            best, left = other, rest
+    return tuple(float(x * w**q.power) for x, q in zip(best, model.coefficients, strict=True))
+
+
+def _explained_losses(model: RingDownModel, cycles: HalfCycles, typical: Array) -> tuple[Array, float]:
+    """(coefficients, rest of the energies) with the hidden ones at these typical values, all without dimension."""
     names = [c.name for c in model.coefficients]
     c = np.where([q.hidden for q in model.coefficients], typical, 0.0)
     lossy = [names.index(name) for name in model.losses]
-    if lossy:
-        energy = _energy(model, cycles.turning_rad)
-        size = 0.5 * np.abs(cycles.turning_rad[1:] + 0.0) + 0.5 * np.abs(cycles.turning_rad[:-1])
-        work = np.array([_work(model, min(a, LIMITS.angle_widest_rad), typical)[lossy] for a in size])
-        scale = np.maximum(np.max(work, axis=0), 1e-300)
-        from scipy.optimize import nnls  # here, because only angles need it
+    if not lossy:
+        return c, 0.0
+    energy = _energy(model, cycles.turning_rad)
+    size = 0.5 * np.abs(cycles.turning_rad[1:] + 0.0) + 0.5 * np.abs(cycles.turning_rad[:-1])
+    work = np.array([_work(model, min(a, LIMITS.angle_widest_rad), typical)[lossy] for a in size])
+    scale = np.maximum(np.max(work, axis=0), 1e-300)
+    from scipy.optimize import nnls  # here, because only angles need it
 
-        c[lossy] = nnls(work / scale, energy[:-1] - energy[1:])[0] / scale
-    return tuple(float(x * w**q.power) for x, q in zip(c, model.coefficients, strict=True))
+    sizes, rest = nnls(work / scale, energy[:-1] - energy[1:])
+    # A friction of size 0 has no speed at which it falls.
+    scaled = [t.coefficients[0].name for t in model.terms if any(q.hidden for q in t.coefficients)]
+    least = [LIMITS.least_loss_share * sizes.max() * (names[k] in scaled) for k in lossy]
+    c[lossy] = np.maximum(sizes, least) / scale
+    return c, float(rest)
 
 
 def _work(model: RingDownModel, amplitude: float, c: Array) -> Array:

@@ -5,6 +5,10 @@ than the noise of any encoder. Differences of a high order between neighbouring 
 neighbouring samples, hold nothing of a smooth motion. They show the noise from half the sampling rate down to some
 ten times the swing's frequency; steps of an encoder that is read more often than it counts are slow, so the scale
 where it is largest counts.
+
+Filters, splines and integration leave hardly any noise there, although some is left near the swing. Such an angle
+becomes rougher towards longer scales, by more than a motion does. Its noise is at least what is no sum of harmonics
+of slowly changing size in windows of few periods.
 """
 
 from __future__ import annotations
@@ -12,6 +16,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.special import gammaincinv
 
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.record import RingDownRecord
@@ -39,7 +44,49 @@ def angle_noise_sd(record: RingDownRecord, frequency_hz: float) -> float | None:
         block, fewest = 2 * block, LIMITS.difference_means_per_period
     if not levels:
         levels = _beside_waves(y, rate / frequency_hz)
-    return max(*levels, _step(y) / math.sqrt(12.0)) if levels else None
+    if not levels:
+        return None
+    level = max(*levels, _step(y) / math.sqrt(12.0))
+    return max(level, *_slow(y, rate / frequency_hz)) if _is_smoothed(y, rate / frequency_hz, level) else level
+
+
+def quietest_sd(record: RingDownRecord, sd: float, frequency_hz: float) -> float:
+    """The standard deviation of an angle's noise if it was measured: one below any converter's is replaced.
+
+    A filter that ends little above the swing may leave no other trace of itself than such a silence; what windows of
+    few periods leave is then the least that the noise can be. A simulated angle without noise looks alike.
+    """
+    y = record.valid[0]
+    if sd >= LIMITS.quietest_share * float(np.std(y)):
+        return sd
+    return max(sd, *_slow(y, record.sampling_rate_hz / frequency_hz), 0.0)
+
+
+def _is_smoothed(y: Array, per_period: float, level: float) -> bool:
+    """True where the noise near the swing is far above the level that differences of the samples show."""
+    size = float(np.std(y))
+    block, coarsest = 1, max(1, int(per_period / LIMITS.smooth_means_per_period))
+    while block <= coarsest and y.size // block >= LIMITS.fewest_differences:
+        least = max(LIMITS.smoothed_ratio * level, LIMITS.smooth_motion_share * math.sqrt(block) * size)
+        if _usual_level(y, block) > least:
+            return True
+        block = min(2 * block, coarsest) if block < coarsest else coarsest + 1
+    return False
+
+
+def _slow(y: Array, per_period: float) -> list[float]:
+    """The level near and above the harmonics of the swing, from means of few samples per period; none if too short."""
+    block = max(1, int(per_period / LIMITS.wave_means_per_period))
+    means = y[: y.size // block * block].reshape(-1, block).mean(axis=1)
+    return [math.sqrt(block) * level for level in _beside_waves(means, per_period / block)]
+
+
+def _usual_level(y: Array, block: int) -> float:
+    """As _level, from the median of the squares: a kink at each turning point is in less than half of them."""
+    means = y[: y.size // block * block].reshape(-1, block).mean(axis=1)
+    squares = np.diff(means, LIMITS.difference_order) ** 2 * block
+    usual = float(np.median(squares)) / float(gammaincinv(0.5, 0.5)) / 2.0  # of one degree of freedom
+    return math.sqrt(usual / math.comb(2 * LIMITS.difference_order, LIMITS.difference_order))
 
 
 def _beside_waves(y: Array, per_period: float) -> list[float]:

@@ -118,6 +118,12 @@ class RingDownModel:
         return tuple(t.coefficients[0].name for t in self.terms if t.loses_energy)
 
     @cached_property
+    def speeds_of_friction(self) -> tuple[int, ...]:
+        """Places of the hidden scales of losses among the coefficients: speeds at which a friction falls."""
+        names = [c.name for c in self.coefficients]
+        return tuple(names.index(c.name) for t in self.terms if t.loses_energy for c in t.coefficients if c.hidden)
+
+    @cached_property
     def largest_angle_rad(self) -> float:
         """The equation of motion holds for smaller deflections only."""
         return min([math.pi, *(t.below_rad for t in self.terms if t.below_rad is not None)])

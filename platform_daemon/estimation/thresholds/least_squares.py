@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .tuned import false_alarm, tuned
+from .tuned import covered_by, false_alarm, tuned
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,6 +15,20 @@ class StartValueThresholds:
     angle_widest_rad: float = tuned(2.98, "rad", "amplitude of a start value")
     angle_periods: float = tuned(3.0, "periods", "beyond the first passage, over which the start holds")
     angle_work_points: int = tuned(64, "points", "in a half cycle, over which the work of the losses is summed")
+    angle_speed_shares: tuple[float, ...] = tuned(
+        (0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0),
+        "1",
+        "of the peak speed, that are tried for the speed at which a friction falls",
+        covered_by("initial_guess/test_angle.py"),
+    )
+    held_scale_ratios: tuple[float, ...] = tuned(
+        (1.0, 0.4, 2.5, 0.15, 6.0), "1", "of that speed at its start, at which it is held where no fit converges"
+    )
+    held_scale_reach: float = tuned(1.2, "1", "of the logarithm of that speed, in which the best is sought")
+    held_scale_log_error: float = tuned(0.01, "1", "of the logarithm of that speed, to which it is sought")
+    held_scale_chi2: float = tuned(
+        10.0, "1", "rise of chi^2 over chi^2/dof beside the best one held, from which the speed is not told"
+    )
     angle_many_half_cycles: int = tuned(6, "half cycles", "at least, from which the natural frequency is taken")
     angle_wide_rad: float = tuned(0.3, "rad", "down to which half cycles are taken for it")
     angle_most_decline: float = tuned(1.5, "1", "ratio of two turning points that the start state is carried back with")

@@ -74,6 +74,20 @@ class NoiseThresholds:
         "1",
         "frequencies over that of the line, that are tried: a large swing is slower than a small one",
     )
+    wave_means_per_period: float = tuned(12.0, "means", "in such windows of an angle that was smoothed", ANGLE)
+    smooth_means_per_period: float = tuned(
+        36.0, "means", "per period, down to which an angle that was smoothed is told from one with kinks", ANGLE
+    )
+    smoothed_ratio: float = tuned(
+        10.0, "1", "of the level of means over that of the samples, from which these were smoothed", ANGLE
+    )
+    smooth_motion_share: float = tuned(
+        1e-5,
+        "1",
+        "of the rms angle and the root of the samples in a mean, below which differences may be the motion's own",
+        ANGLE,
+    )
+    quietest_share: float = tuned(1e-8, "1", "of the rms angle: the steps of a converter of 25 bits", ANGLE)
     fewest_differences: int = tuned(32, "differences", "from which the noise is told")
     cells_per_period: int = tuned(4, "cells", "per period: what breaks the motion's smoothness is in few of them")
     fewest_cells: int = tuned(4, "cells", "in a record")

@@ -7,6 +7,7 @@ import pytest
 
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.physics.models import model_named
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.screening.angle_cycles import find_angle_frequency, find_half_cycles
 from tests.kit.pendulum import half_cycles
@@ -102,3 +103,25 @@ def test_errors_of_a_short_angle_record_are_honest_though_its_noise_was_not_give
         assert f.std == pytest.approx(true.std, rel=5 / math.sqrt(2 * angle.size))
         pulls.append((f.value - 1.0) / f.std)
     assert 0.6 < np.std(pulls) < 1.5
+
+
+@pytest.mark.parametrize(("excess", "speed", "floor"), [(0.3, 5.0, None), (0.4, 2.5, 0.05)])
+def test_a_friction_that_falls_with_the_speed_is_fitted_whatever_that_speed(excess, speed, floor):
+    w, rate = 2.0 * math.pi * 2.0, 200.0
+    time = np.arange(int(20.0 * rate)) / rate
+    angle = half_cycles(
+        lambda p, v, sigma, _: (
+            -math.sin(p) - 0.006 * v - sigma * ((floor or 0.0) + excess * math.exp(-abs(v) * w / speed)) / w**2
+        ),
+        0.6,
+        w * time,
+        1e-10,
+    )[0]
+    record = RingDownRecord((angle + np.random.default_rng(5).normal(0.0, 3e-4, time.size))[None], rate, "angle")
+    terms = "thread+coulomb_friction" if floor else "thread"
+    fit = fit_ring_down(record, model_named(f"{terms}+stribeck_coulomb_friction"))
+    true = {"stribeck_coulomb_rad_per_s2": excess, "stribeck_coulomb_speed_rad_per_s": speed, "f_nat_hz": 2.0}
+    for name, value in (true | ({"coulomb_rad_per_s2": floor} if floor else {})).items():
+        found = fit.parameters[name]
+        assert abs(found.value - value) < 4.0 * found.std, name
+    assert fit.parameters["stribeck_coulomb_speed_rad_per_s"].std < 2.0 * speed

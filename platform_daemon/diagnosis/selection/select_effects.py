@@ -1,0 +1,139 @@
+"""All effects of a set of shots: of angles torques first, then what acts beside them, then torques again.
+
+Where a line or a second mode stands in the residual, its samples are so much alike that no torque is sure; and where a
+torque is missing, no line is. Each is therefore judged beside the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+
+from platform_daemon.diagnosis.effects.additive import OSCILLATIONS
+from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.regression.cross_validation import cross_validate
+from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
+
+from .refits import lines_in_place, refit
+from .stepwise import ProgressCallback, Selection, StepwiseSearch
+from .torque_sets import TorqueSearch, best_torques
+
+_LIMITS = THRESHOLDS.selection
+
+
+def select_effects(
+    base: JointFit, candidates: Sequence[Candidate], pool: Executor, progress: ProgressCallback
+) -> Selection:
+    """Add effects to the declared model until nothing that has a name is left.
+
+    candidates: torque and receiver candidates; additive ones are searched for here.
+
+    Raises:
+        LostTrajectoryError: the declared model itself describes no oscillation.
+    """
+    if base.prepared[0].shot.record.quantity != "angle" or _quiet(base):
+        return StepwiseSearch(base, list(candidates), pool, progress).run(base)
+    every = StepwiseSearch(base, list(candidates), pool, progress)
+    search = _AngleSearch(base, candidates, pool, progress)
+    sets, beside = search.run()
+    return replace(
+        beside,
+        tried=every.singles(every.score_table(base)),
+        score_table=every.score_table(beside.best),
+        score_table_of=every.score_table,
+        rejected=sets.rejected,
+        torques=sets.best,
+        others=sets.others,
+    )
+
+
+class _AngleSearch:
+    """Torques and oscillations in turn."""
+
+    def __init__(
+        self, base: JointFit, candidates: Sequence[Candidate], pool: Executor, progress: ProgressCallback
+    ) -> None:
+        self._base = base
+        self._candidates = candidates
+        self._pool = pool
+        self._progress = progress
+        self._judged_beside = 0  # oscillations, when torques were judged last
+
+    def run(self) -> tuple[TorqueSearch, Selection]:
+        """The last search of sets of torques, and everything that was found."""
+        sets = self._torques(self._base)
+        beside = self._beside(sets.best)
+        for _ in range(_LIMITS.torque_rounds):
+            again = self._again(sets, beside)
+            if again is None:
+                break
+            sets, beside = again
+        return sets, beside
+
+    def _torques(self, at: JointFit) -> TorqueSearch:
+        motions = [c for c in self._candidates if c.change is None]
+        return best_torques(at, motions, float(len(self._candidates)), self._pool, self._progress)
+
+    def _beside(self, torques: JointFit, explained: JointFit | None = None) -> Selection:
+        """What acts beside a set of torques; where little is left, torques too, for linear scores are right there."""
+        offered = [c for c in self._candidates if c.term is None or _quiet(torques)]
+        return StepwiseSearch(self._base, offered, self._pool, self._progress, explained).run(torques)
+
+    def _again(self, sets: TorqueSearch, found: Selection) -> tuple[TorqueSearch, Selection] | None:
+        """The torques judged again beside oscillations, and these put in their places beside the torques.
+
+        None where this explains no more.
+        """
+        start = self._with_oscillations(sets, found.best)
+        if start is None or len(_oscillations(start)) == self._judged_beside:
+            return None
+        start = lines_in_place(start, self._pool)
+        lines = _oscillations(start)
+        known = refit(self._base.hypothesis.plus(*lines), start, self._pool)
+        if known is None:
+            return None
+        self._judged_beside = len(lines)
+        if _quiet(known):
+            more = self._beside(start, known)
+            more = replace(more, best=lines_in_place(more.best, self._pool))
+            return (sets, more) if self._better(more.best, found.best) else None
+        again = self._torques(known)
+        best = lines_in_place(again.best, self._pool)
+        if best.chi2 < start.chi2 and self._better(best, found.best):
+            return replace(again, best=best), self._beside(best, known)
+        return (sets, self._beside(start, known)) if self._better(start, found.best) else None
+
+    def _with_oscillations(self, sets: TorqueSearch, best: JointFit) -> JointFit | None:
+        """The best fit if it has any; else those that are sure beside the next set of torques, which was not."""
+        if _oscillations(best):
+            return best
+        if _quiet(best) or sets.next_larger is None:
+            return None
+        beside = self._beside(sets.next_larger).best
+        return beside if _oscillations(beside) else None
+
+    def _better(self, one: JointFit, other: JointFit) -> bool:
+        """With the same effects by chi^2; with others by the prediction, where more than noise is left by a tenth."""
+        if one.chi2 > other.chi2 - _LIMITS.place_move_chi2 * one.noise_factor:
+            return False
+        if _effects(one) == _effects(other):
+            return True
+        scores = [cross_validate(at, self._pool) for at in (one, other)]
+        if _quiet(one):
+            return scores[1].worse_by(scores[0]) > 0.0
+        return scores[0].total.nrmse < _LIMITS.helping_ratio * scores[1].total.nrmse
+
+
+def _quiet(at: JointFit) -> bool:
+    """So little is left that linear scores are right for torques too."""
+    return at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
+
+
+def _oscillations(at: JointFit) -> list[Candidate]:
+    return [c for c in at.hypothesis.effects if c.effect in OSCILLATIONS]
+
+
+def _effects(at: JointFit) -> list[str]:
+    return sorted(c.effect.id for c in at.hypothesis.effects)
