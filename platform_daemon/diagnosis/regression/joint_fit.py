@@ -79,6 +79,10 @@ class JointFit:
         """
         return noise_factor(self.chi2_per_dof, ((a.chi2, partial(_samples_per_value, a)) for a in self.linear))
 
+    def without_processes(self) -> JointFit:
+        """A copy to be kept among many: steps from it leave the courses of a friction as they are."""
+        return replace(self, linear=tuple(a.without_process() for a in self.linear))
+
     def full_state(self, k: int) -> FitState:
         """Of shot k, with the torque strengths among its coefficients."""
         return self.hypothesis.extended(self.states[k], self.strengths)

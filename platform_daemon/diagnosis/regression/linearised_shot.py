@@ -94,6 +94,12 @@ class LinearisedShot:
             return step
         return np.concatenate([step, process.likeliest(left - self.q @ target) - course.values])
 
+    def without_process(self) -> LinearisedShot:
+        """A copy that does not know how the course of a friction follows, which takes most of its memory."""
+        if self.linearisation.process is None:
+            return self
+        return replace(self, linearisation=replace(self.linearisation, process=None))
+
     def own_covariance(self) -> Array:
         """Of the declared parameters at fixed common strengths, (p, p); 0 for those held."""
         inverse = solve_triangular(self.triangle, np.eye(self.triangle.shape[0])) * self.scale[:, None]

@@ -150,5 +150,8 @@ def _checked(at: JointFit, effect: Candidate, rival: Confounder, pool: Executor)
     if not signs_allowed(found):
         return None
     return Confounder(
-        candidate=rival.candidate, rise=(found.chi2 - at.chi2) / at.noise_factor, gain=rival.gain, joint_fit=found
+        candidate=rival.candidate,
+        rise=(found.chi2 - at.chi2) / at.noise_factor,
+        gain=rival.gain,
+        joint_fit=found.without_processes(),
     )
