@@ -1,0 +1,98 @@
+"""What one angle does, and what a rotor does beside it, on a thinned grid of times.
+
+What a rotor does beside one angle follows that motion for the most part: its amplitude and its phase drift slowly away
+from those of one angle, and its other modes, too, are kept by a few slow harmonics of that motion's phase.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from platform_daemon.estimation.moments.workspace import Workspace
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+from .coordinates import TURNS, OneAngle, OneAngleCoordinates
+
+LIMITS = THRESHOLDS.rotor_correction
+HARMONICS = 1 + 2 * LIMITS.harmonics
+THIN, BETWEEN = LIMITS.thin, LIMITS.samples_per_node
+TAPS = 4
+
+
+def one_angle_motion(
+    coordinates: OneAngleCoordinates, at: OneAngle, samples: int, step_s: float
+) -> tuple[Array, Array]:
+    """dm/dt (3, n), A m^2/s, world axes, from t = 0 on, and harmonics of the motion's phase (HARMONICS, n).
+
+    Raises ValueError, LostTrajectoryError where there is no such motion.
+    """
+    ring_down = coordinates.ring_down(at)
+    phi, v = Workspace(ring_down.model).block_means(
+        ring_down.dynamics, begin=0, blocks=samples, block=1, dt_s=step_s, observable=STATE, accuracy=0.0
+    )
+    rotation = coordinates.rotated(at.vector[-TURNS:])
+    speed = at.m_r_am2 * ring_down.dynamics.w * v
+    half = np.sin(0.5 * phi)
+    dm_dt = rotation[:, :2] @ np.stack([-np.sin(phi) * speed, (1.0 - 2.0 * half * half) * speed])
+    turning = 2.0 * half - 1j * v
+    turning /= np.maximum(np.abs(turning), np.finfo(float).tiny)
+    power, rows = turning, [np.ones(samples)]
+    for _ in range(LIMITS.harmonics):
+        rows += [power.real, power.imag]
+        power = power * turning
+    return np.asarray(dm_dt), np.array(rows)
+
+
+def slow_harmonics(difference: Array, phase: Array) -> Array:
+    """Of what a rotor does beside one angle, (3, n), the harmonics (nodes, 3, HARMONICS) about each node in time.
+
+    phase: (HARMONICS, n).  Least squares in windows of two nodes' distance on either side, with a linear drift.
+    """
+    n = difference.shape[1]
+    nodes = np.arange(0, n + BETWEEN, BETWEEN)
+    window = np.hanning(2 * BETWEEN + 1)
+    found = np.zeros((nodes.size, 3, HARMONICS))
+    for k, node in enumerate(nodes.tolist()):
+        first, last = max(0, node - BETWEEN), min(n, node + BETWEEN + 1)
+        weight = window[first - node + BETWEEN : last - node + BETWEEN]
+        since = (np.arange(first, last) - node) / BETWEEN
+        if last - first < LIMITS.fewest_samples:
+            found[k] = found[k - 1]
+            continue
+        rows = np.concatenate([phase[:, first:last], phase[:, first:last] * since]) * weight
+        known = rows @ (difference[:, first:last] * weight).T
+        found[k] = np.linalg.lstsq(rows @ rows.T, known, rcond=LIMITS.ridge)[0][:HARMONICS].T
+    return found
+
+
+def rebuilt(harmonics: Array, phase: Array) -> Array:
+    """(3, n) from harmonics (nodes, 3, HARMONICS), linear between the nodes; at least as many nodes as n needs."""
+    n = phase.shape[1]
+    blocks = -(-n // BETWEEN)
+    padded = np.zeros((HARMONICS, blocks * BETWEEN))
+    padded[:, :n] = phase
+    by_block = padded.reshape(HARMONICS, blocks, BETWEEN).transpose(1, 0, 2)
+    here, next_one = harmonics[:blocks] @ by_block, harmonics[1 : blocks + 1] @ by_block
+    share = np.arange(BETWEEN) / BETWEEN
+    found = here + share * (next_one - here)
+    return np.asarray(found.transpose(1, 0, 2).reshape(3, -1)[:, :n])
+
+
+def _cubic() -> Array:
+    """Weights (TAPS, THIN) of the four neighbours of each sample between the second and the third of them."""
+    x = np.arange(THIN) / THIN
+    return np.array(
+        [-x * (x - 1) * (x - 2) / 6, (x + 1) * (x - 1) * (x - 2) / 2, -(x + 1) * x * (x - 2) / 2, (x + 1) * x * (x - 1) / 6]
+    )
+
+
+_CUBIC = _cubic()
+
+
+def thickened(thin: Array, samples: int) -> Array:
+    """All samples (3, samples) of what is known at every THIN-th of them, (3, n), by cubics."""
+    padded = np.concatenate([2.0 * thin[:, :1] - thin[:, 1:2], thin, thin[:, -1:], thin[:, -1:]], axis=1)
+    neighbours = np.lib.stride_tricks.sliding_window_view(padded, TAPS, axis=1)
+    return np.asarray((neighbours @ _CUBIC).reshape(3, -1)[:, :samples])
