@@ -23,6 +23,7 @@ from platform_daemon.estimation.physics.rotation import (
     rodrigues_from_rotation,
     rotation_from_rodrigues,
 )
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters
 
 LOSSES = ("lambda_per_s", "tf_over_i_rad_per_s2")
 TURNS = 3
@@ -66,14 +67,14 @@ class OneAngleCoordinates:
         """The orientation (3, 3) after turns (3,) about u, v, w."""
         return np.asarray(self.rotation @ rotation_from_rodrigues(turns))
 
-    def ring_down(self, at: OneAngle) -> RingDown:
-        """The motion.  Raises ValueError, LostTrajectoryError where there is none."""
+    def dynamics(self, at: OneAngle) -> MotionParameters:
+        """Of the motion.  Raises ValueError, LostTrajectoryError where there is none."""
         f_nat_hz, *rest = at.vector[:-TURNS].tolist()
         *losses, phi_max, psi = rest
         values = dict(zip(self.losses, losses, strict=True))
         values |= {name: p.fixed for name, p in self.model.parameters.items() if p.fixed is not None}
         known = {"f_nat_hz": f_nat_hz, "phi_max_rad": phi_max, "psi_start_rad": psi, "m_r_am2": at.m_r_am2}
-        return RingDown.from_parameters(self.model, values | known)
+        return RingDown.from_parameters(self.model, values | known).dynamics
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,10 +10,12 @@ import numpy as np
 
 from platform_daemon.estimation.goodness_of_fit.verdict import published_parameters, residual_left
 from platform_daemon.estimation.least_squares.constraints import fixed_values
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.least_squares.noise_weighting import weighted_by_harmonic
-from platform_daemon.estimation.least_squares.problem import FitProblem, Minimum
+from platform_daemon.estimation.least_squares.problem import FitProblem, Minimum, Subsample
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.blas_threads import one_thread_for_products
 from platform_daemon.estimation.parameters import RODRIGUES, Estimate
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation, rotation_from_rodrigues
@@ -31,6 +33,7 @@ from .descent import descended, problem_of, smooth_fit, state_of
 from .table import CONSTANTS, CorrectionTable, Place
 
 LIMITS = THRESHOLDS.rotor_correction
+_SOME = Subsample(LIMITS.early_half_cycle)
 _SMALL_TURN_RAD = LIMITS.difference_share
 
 
@@ -49,19 +52,20 @@ def corrected_fit(
     constants and the orientation of the rotor; phi_max and psi stay those of one angle.  Its errors contain the error
     of the table and those of what the adopted model holds.  Refused where the shot lies outside of the table.
     """
+    one_thread_for_products()
     began = time.perf_counter()
-    model = table.coordinates.model
     try:
         place = table.inside(_seen(record, table))
         samples = min(table.samples, record.samples.shape[1])
         at = table.one_angle_of(place)
+        near = state_of(table.coordinates, at)
         left = record.samples.copy()
-        left[:, :samples] -= table.beside(place, at, samples)
+        left[:, :samples] -= table.beside(place, at, near.dynamics, samples)
     except RefusedError as refused:
         return FitResult.refused(refused)
     except (*FAILURES, LostTrajectoryError, ValueError) as error:
         return _refused(str(error))
-    fit = _one_angle_fit(replace(record, samples=left), window, noise, table, at)
+    fit = _one_angle_fit(replace(record, samples=left), window, noise, table, near)
     if fit.verdict != "good":
         return fit
     if record.valid_from + fit.samples > table.samples < record.samples.shape[1]:
@@ -72,7 +76,7 @@ def corrected_fit(
 
 
 def _one_angle_fit(
-    record: RingDownRecord, window: Window, noise: NoiseModel | None, table: CorrectionTable, near: OneAngle
+    record: RingDownRecord, window: Window, noise: NoiseModel | None, table: CorrectionTable, near: FitState
 ) -> FitResult:
     """Of what the correction leaves, judged by its size alone.
 
@@ -120,22 +124,23 @@ def _one_angle_fit(
     )
 
 
-def _minimum(prepared: PreparedRecord, table: CorrectionTable, near: OneAngle) -> tuple[FitProblem, Minimum]:
+def _minimum(prepared: PreparedRecord, table: CorrectionTable, near: FitState) -> tuple[FitProblem, Minimum]:
     """From where the table has it.  Raises RefusedError."""
     model, last = table.coordinates.model, prepared.chosen.last
     try:
-        state = state_of(table.coordinates, near)
-        problem = problem_of(prepared.record, model, state, prepared.noise_sd)
-        best = descended(problem, state, last, LIMITS.descended_chi2)
-        return problem, weighted_by_harmonic(problem, best, last, prepared.noise, prepared.frequency_hz)
+        problem = problem_of(prepared.record, model, near, prepared.noise_sd)
+        early = descended(problem, near, last, LIMITS.early_chi2, _SOME)
+        best = weighted_by_harmonic(problem, early, last, prepared.noise, prepared.frequency_hz)
+        if best is early:  # the noise is white, and nothing has looked at all samples yet
+            best = descended(problem, early.state, last, LIMITS.descended_chi2)
+        return problem, best
     except (*FAILURES, ValueError):
         return find_minimum(prepared, model)
 
 
 def _seen(record: RingDownRecord, table: CorrectionTable) -> Place:
     model = table.coordinates.model
-    start = table.coordinates, table.start
-    values = smooth_fit(record, model, coarse_window_s(model), LIMITS.coarse_noise_share, start)
+    values = smooth_fit(record, model, coarse_window_s(model), LIMITS.coarse_noise_share, table.start_state)
     return table.place_of(table.coordinates.of(values))
 
 
@@ -195,7 +200,8 @@ def _published_by_turns(fit: FitResult, table: CorrectionTable, corrected: OneAn
     rotation = rotation_from_rodrigues(np.array([fit.parameters[name].value for name in RODRIGUES]))
     own = table.coordinates.rotated(corrected.vector[-TURNS:])
     twin = own.T @ rotation  # the identity, or a half turn about u
-    return _by_turns(lambda turns: rodrigues_from_rotation(table.coordinates.rotated(turns) @ twin), corrected.vector[-TURNS:])
+    turned = table.coordinates.rotated
+    return _by_turns(lambda turns: rodrigues_from_rotation(turned(turns) @ twin), corrected.vector[-TURNS:])
 
 
 def _rodrigues_by_turns(table: CorrectionTable, turns: Array) -> Array:

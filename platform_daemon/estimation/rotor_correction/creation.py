@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -13,6 +14,7 @@ from scipy.stats import qmc
 
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.blas_threads import one_thread_for_products
 from platform_daemon.estimation.parameters import RODRIGUES
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.rigid_rotor.equations import LANES
@@ -52,9 +54,13 @@ class NoTableError(ArithmeticError):
 class TableBasis:
     """What a table is made of.
 
-    model: of one angle, with the weight that it knows; reference: about which rotors are drawn, with what an adopted
-    model holds; drive: of the sequence; rate_hz, samples, first: of the RX window, and its first sample that is fitted;
-    window_s: over which what is held counts, None: all of it; held_names, held_covariance: of parameters that the adopted model holds; (), (0, 0): not known.
+    Attributes:
+        model: of one angle, with the weight that it knows.
+        reference: about which rotors are drawn, with what an adopted model holds.
+        drive: of the sequence.
+        rate_hz, samples, first: of the RX window, and its first sample that is fitted.
+        window_s: over which the errors of what is held count; None: all of it.
+        held_names, held_covariance: of parameters that the adopted model holds; (), None: not known.
     """
 
     model: RingDownModel
@@ -82,6 +88,7 @@ class _Drawn:
 
 def make_table(basis: TableBasis, window: Window = "d30") -> CorrectionTable:
     """The correction; takes seconds to a minute.  window: of the fits that tell its error.  Raises NoTableError."""
+    one_thread_for_products()
     rotors = RotorCoordinates(basis.reference)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         places = _places(rotors)
@@ -106,7 +113,9 @@ def _places(rotors: RotorCoordinates) -> list[Place]:
     """The reference, and rotors evenly spread about it (Sobol's sequence)."""
     centre, half = rotors.centre(), _half_widths(rotors)
     count = LIMITS.draws_jewel if rotors.jewel else LIMITS.draws_thread
-    spread = 2.0 * qmc.Sobol(centre.size, seed=1).random(count - 1) - 1.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a number that is no power of two: spread evenly enough
+        spread = 2.0 * qmc.Sobol(centre.size, seed=1).random(count - 1) - 1.0
     vectors = np.concatenate([centre[None], centre + half * spread])
     return [Place(vector=vector, m_r_am2=rotors.reference.m_r_am2) for vector in vectors]
 
@@ -125,7 +134,7 @@ def _half_widths(rotors: RotorCoordinates) -> Array:
 def _motions(
     basis: TableBasis, rotors: RotorCoordinates, places: Sequence[Place], pool: ThreadPoolExecutor
 ) -> list[Array]:
-    """dm/dt (3, n) of each.  A jewel's friction changes its sign at other times in each rotor: it takes its own steps."""
+    """dm/dt (3, n) of each.  Each jewel takes its own steps: its friction changes sign at times of its own."""
     lanes = 1 if rotors.jewel else LANES
     groups = [places[k : k + lanes] for k in range(0, len(places), lanes)]
 
@@ -208,7 +217,7 @@ def _regressed(
 
     def slow(k: int) -> Array:
         at = OneAngle(beside[k, :-1], drawn[k].place.m_r_am2 * float(np.exp(beside[k, -1])))
-        dm_dt, phase = one_angle_motion(coordinates, at, thin, THIN / basis.rate_hz)
+        dm_dt, phase = one_angle_motion(coordinates, at, coordinates.dynamics(at), thin, THIN / basis.rate_hz)
         here = drawn[k].dm_dt[:, ::THIN][:, :thin]
         n = here.shape[1]
         return slow_harmonics((here - dm_dt[:, :n]) / at.m_r_am2, phase[:, :n])

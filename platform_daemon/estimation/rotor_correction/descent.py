@@ -7,7 +7,13 @@ import numpy as np
 from platform_daemon.estimation.least_squares.constraints import constraints_of, fixed_values, free_mask
 from platform_daemon.estimation.least_squares.gauss_newton import FitState, gauss_newton_step
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
-from platform_daemon.estimation.least_squares.problem import FitProblem, Minimum, NoConvergenceError
+from platform_daemon.estimation.least_squares.problem import (
+    ALL_SAMPLES,
+    FitProblem,
+    Minimum,
+    NoConvergenceError,
+    Subsample,
+)
 from platform_daemon.estimation.least_squares.public_parameters import by_convention, public_jacobian
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.numerics.arrays import Array
@@ -25,7 +31,7 @@ LIMITS = THRESHOLDS.rotor_correction
 def state_of(coordinates: OneAngleCoordinates, at: OneAngle) -> FitState:
     """Of a motion as it is seen.  Raises ValueError, LostTrajectoryError where there is none."""
     observation = DipoleObservation(at.m_r_am2, coordinates.rotated(at.vector[-TURNS:]), np.eye(3))
-    return FitState(coordinates.ring_down(at).dynamics, observation, np.zeros(3))
+    return FitState(coordinates.dynamics(at), observation, np.zeros(3))
 
 
 def problem_of(record: RingDownRecord, model: RingDownModel, state: FitState, noise_sd: Array) -> FitProblem:
@@ -38,14 +44,17 @@ def problem_of(record: RingDownRecord, model: RingDownModel, state: FitState, no
     )
 
 
-def descended(problem: FitProblem, state: FitState, last: int, least_fall: float) -> Minimum:
-    """Gauss-Newton's steps from a state over samples up to `last`, until one promises less of chi^2 than `least_fall`.
+def descended(
+    problem: FitProblem, state: FitState, last: int, least_fall: float, some: Subsample = ALL_SAMPLES
+) -> Minimum:
+    """Gauss-Newton's steps from a state over samples up to `last`, until one promises less of chi^2 than `least_fall`;
+    some: of these samples alone.
 
     Raises NoConvergenceError, LostTrajectoryError, numpy.linalg.LinAlgError where they lead nowhere.
     """
     before = np.inf
     for _ in range(LIMITS.most_descending):
-        at = problem.evaluate(state, last)
+        at = problem.evaluate(state, last, some)
         step, fall = gauss_newton_step(at.normal, problem.free)
         state = at.state.moved(step)
         if fall < least_fall:
@@ -62,7 +71,7 @@ def smooth_fit(
     model: RingDownModel,
     window_s: float,
     noise_share: float,
-    start: tuple[OneAngleCoordinates, OneAngle] | None = None,
+    start: FitState | None = None,
 ) -> dict[str, float]:
     """Published parameters at the very bottom of chi^2, whatever is left over: a smooth function of the samples.
 
@@ -84,8 +93,7 @@ def smooth_fit(
     best = None
     if start is not None:
         try:
-            state = state_of(*start)
-            best = descended(problem_of(cut, model, state, sd), state, last, least)
+            best = descended(problem_of(cut, model, start, sd), start, last, least)
         except (*FAILURES, ValueError):
             best = None
     if best is None:

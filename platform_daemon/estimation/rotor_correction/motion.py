@@ -11,6 +11,7 @@ import numpy as np
 from platform_daemon.estimation.moments.workspace import Workspace
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .coordinates import TURNS, OneAngle, OneAngleCoordinates
@@ -22,18 +23,19 @@ TAPS = 4
 
 
 def one_angle_motion(
-    coordinates: OneAngleCoordinates, at: OneAngle, samples: int, step_s: float
+    coordinates: OneAngleCoordinates, at: OneAngle, dynamics: MotionParameters, samples: int, step_s: float
 ) -> tuple[Array, Array]:
     """dm/dt (3, n), A m^2/s, world axes, from t = 0 on, and harmonics of the motion's phase (HARMONICS, n).
 
-    Raises ValueError, LostTrajectoryError where there is no such motion.
+    dynamics: of that motion, as `coordinates.ring_down` finds it.
+
+    Raises LostTrajectoryError where there is no such motion.
     """
-    ring_down = coordinates.ring_down(at)
-    phi, v = Workspace(ring_down.model).block_means(
-        ring_down.dynamics, begin=0, blocks=samples, block=1, dt_s=step_s, observable=STATE, accuracy=0.0
+    phi, v = Workspace(coordinates.model).block_means(
+        dynamics, begin=0, blocks=samples, block=1, dt_s=step_s, observable=STATE, accuracy=0.0
     )
     rotation = coordinates.rotated(at.vector[-TURNS:])
-    speed = at.m_r_am2 * ring_down.dynamics.w * v
+    speed = at.m_r_am2 * dynamics.w * v
     half = np.sin(0.5 * phi)
     dm_dt = rotation[:, :2] @ np.stack([-np.sin(phi) * speed, (1.0 - 2.0 * half * half) * speed])
     turning = 2.0 * half - 1j * v
@@ -83,9 +85,9 @@ def rebuilt(harmonics: Array, phase: Array) -> Array:
 def _cubic() -> Array:
     """Weights (TAPS, THIN) of the four neighbours of each sample between the second and the third of them."""
     x = np.arange(THIN) / THIN
-    return np.array(
-        [-x * (x - 1) * (x - 2) / 6, (x + 1) * (x - 1) * (x - 2) / 2, -(x + 1) * x * (x - 2) / 2, (x + 1) * x * (x - 1) / 6]
-    )
+    before, here = -x * (x - 1) * (x - 2) / 6, (x + 1) * (x - 1) * (x - 2) / 2
+    after, last = -(x + 1) * x * (x - 2) / 2, (x + 1) * x * (x - 1) / 6
+    return np.array([before, here, after, last])
 
 
 _CUBIC = _cubic()

@@ -56,7 +56,7 @@ class Polynomial:
             terms, flat = terms * weights[:, None], flat * weights[:, None]
         tiny = LIMITS.ridge * len(terms) * np.eye(terms.shape[1])
         found = np.linalg.solve(terms.T @ terms + tiny, terms.T @ flat)
-        return cls(box, found.reshape(-1, *values.shape[1:]))
+        return cls(box, np.asarray(found.reshape(-1, *values.shape[1:]), dtype=np.float64))
 
     def at(self, place: Array) -> Array:
         """Its values (...) at one place (k,)."""

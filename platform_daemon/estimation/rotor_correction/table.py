@@ -5,15 +5,18 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.models import RingDownModel
-
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .coordinates import TURNS, OneAngle, OneAngleCoordinates
+from .descent import state_of
 from .motion import THIN, one_angle_motion, rebuilt, thickened
 from .polynomial import Box, Polynomial
 
@@ -105,13 +108,18 @@ class CorrectionTable:
         *vector, bias = self.to_one_angle.at(place.vector).tolist()
         return OneAngle(np.array(vector), place.m_r_am2 * float(np.exp(bias)))
 
-    def beside(self, place: Place, at: OneAngle, samples: int) -> Array:
+    @cached_property
+    def start_state(self) -> FitState:
+        """Where fits of the first window begin."""
+        return state_of(self.coordinates, self.start)
+
+    def beside(self, place: Place, at: OneAngle, dynamics: MotionParameters, samples: int) -> Array:
         """What a rotor does beside this motion, (3, samples) A m^2/s, world axes, from the first RX sample on.
 
-        Raises ValueError, LostTrajectoryError where there is no such motion.
+        Raises LostTrajectoryError where there is no such motion.
         """
         thin = -(-samples // THIN) + 1
-        _, phase = one_angle_motion(self.coordinates, at, thin, THIN / self.rate_hz)
+        _, phase = one_angle_motion(self.coordinates, at, dynamics, thin, THIN / self.rate_hz)
         return thickened(at.m_r_am2 * rebuilt(self.harmonics.at(place.vector), phase), samples)
 
     def slope(self, corrected: OneAngle) -> Array:
@@ -149,7 +157,12 @@ class CorrectionTable:
             p: Polynomial = getattr(self, name)
             arrays |= {f"{name}.low": p.box.low, f"{name}.high": p.box.high, f"{name}.bent": np.array(p.box.bent)}
             arrays[name] = p.coefficients.astype(np.float32) if name == "harmonics" else p.coefficients
-        numbers = {"rate_hz": self.rate_hz, "samples": self.samples, "reference_friction": self.reference_friction, "left_share": self.left_share}
+        numbers = {
+            "rate_hz": self.rate_hz,
+            "samples": self.samples,
+            "reference_friction": self.reference_friction,
+            "left_share": self.left_share,
+        }
         numbers["start_m_r_am2"] = self.start.m_r_am2
         arrays["start"] = self.start.vector
         arrays |= {name: np.array(value) for name, value in numbers.items()}
@@ -165,21 +178,26 @@ class CorrectionTable:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             found: Mapping[str, Array] = dict(file)
         polynomials = {
-            name: Polynomial(
-                Box(found[f"{name}.low"], found[f"{name}.high"], int(found[f"{name}.bent"])), found[name]
-            )
+            name: Polynomial(Box(found[f"{name}.low"], found[f"{name}.high"], int(found[f"{name}.bent"])), found[name])
             for name in _POLYNOMIALS
         }
         return cls(
             coordinates=OneAngleCoordinates(model, found["rotation"], float(found["psi"])),
             rate_hz=float(found["rate_hz"]),
             samples=int(found["samples"]),
+            to_rotor=polynomials["to_rotor"],
+            to_one_angle=polynomials["to_one_angle"],
+            from_one_angle=polynomials["from_one_angle"],
+            harmonics=polynomials["harmonics"],
+            names=tuple(found["names"].tolist()),
+            low=found["low"],
+            high=found["high"],
             reference_friction=float(found["reference_friction"]),
             start=OneAngle(found["start"], float(found["start_m_r_am2"])),
+            error=found["error"],
+            worst=found["worst"],
+            held=found["held"],
             left_share=float(found["left_share"]),
-            names=tuple(found["names"].tolist()),
-            **{name: found[name] for name in ("low", "high", "error", "worst", "held")},
-            **polynomials,
         )
 
 

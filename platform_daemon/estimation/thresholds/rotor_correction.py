@@ -13,7 +13,7 @@ STUDY = "tests/benchmarks/corrected_fit.py"
 class RotorCorrectionThresholds:
     """Which rotors are drawn, and how what they do is kept."""
 
-    draws_jewel: int = tuned(192, "rotors", "drawn for a jewel, whose friction differs twofold from shot to shot", STUDY)
+    draws_jewel: int = tuned(192, "rotors", "drawn for a jewel, whose friction differs twofold", STUDY)
     draws_thread: int = tuned(128, "rotors", "drawn for a thread", STUDY)
     held_out: int = tuned(16, "rotors", "one of so many is held out and tells the error", STUDY)
     f_nat_share: float = tuned(5e-4, "1", "of f_nat, by which it may be off: 5 K", STUDY)
@@ -43,8 +43,8 @@ class RotorCorrectionThresholds:
     late_weight: float = tuned(0.02, "1", "that it then has")
     kept_share: float = tuned(1.1, "1", "times the longest window, for which the correction is kept")
 
-    coarse_window_s_jewel: float = tuned(0.5, "s", "of the first fit, which tells where in the table a shot lies", STUDY)
-    coarse_window_s_thread: float = tuned(0.24, "s", "of the first fit, which tells where in the table a shot lies", STUDY)
+    coarse_window_s_jewel: float = tuned(0.5, "s", "of the first fit, which tells the place in the table", STUDY)
+    coarse_window_s_thread: float = tuned(0.24, "s", "of the first fit, which tells the place in the table", STUDY)
     coarse_noise_share: float = tuned(0.02, "1", "of the signal, that stands for misfit and noise there", STUDY)
     noise_share: float = tuned(3e-3, "1", "of the signal, by which samples of drawn rotors are weighted")
     warned_chi2: float = tuned(1.1, "1", "of chi^2/dof over what noise and table explain, from which on a fit warns")
@@ -54,5 +54,7 @@ class RotorCorrectionThresholds:
     polished: float = tuned(1e-9, "1", "predicted fall of chi^2 per sample at which these end")
     lost_chi2: float = tuned(4.0, "1", "ratio of chi^2 to that before a step, at which steps lead nowhere")
     descended_chi2: float = tuned(1e-2, "1", "predicted fall of chi^2 at which the last fit of a shot ends")
+    early_chi2: float = tuned(0.1, "1", "the same for passes over some of the half cycles, before it")
+    early_half_cycle: int = tuned(7, "half cycles", "of which one is looked at there (odd)")
     decayed_share: float = tuned(0.3, "1", "of the swing, that is left at the end of a drawn rotor's window: D30")
     envelope_periods: float = tuned(3.0, "periods", "in a block of the envelope that tells it")

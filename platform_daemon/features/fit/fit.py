@@ -32,6 +32,7 @@ from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.resolve import notes_of
 
 from .calibrated import FrameSignal, calibrated_signal, reason_of
+from .corrected import Correction
 from .derived import frame_quantities, series_quantities
 from .fit_request import FitRequest
 from .fit_with_rotor import HOLDABLE, Refinement, unchanged, with_rotor
@@ -64,11 +65,13 @@ def fit_signal(
     calibration: ReceiveCalibration | None = None,
     taken: ShotConditions | None = None,
     refine: Refinement = unchanged,
+    correct: Correction | None = None,
 ) -> FitResult:
     """Fit a frame; refused if its raw volts are clipped, whatever the calibration mixes.
 
     noise: of the series that the frame belongs to; None: the frame's own.  taken: under which conditions, for the
-    warnings about a calibration that does not hold for them.  refine: what is made of the fit of one angle.  What the
+    warnings about a calibration that does not hold for them.  refine: what is made of the fit of one angle; correct: by
+    which it is corrected for an adopted manufacturing error; None: it is not.  What the
     calibration's uncertainty does is in `systematic_std`.
     """
     try:
@@ -77,8 +80,11 @@ def fit_signal(
     except RefusedError as refused:
         return FitResult.refused(refused)
     of_shot = (noise or SeriesNoise()).for_shot(signal.record)
-    held = {"fixed": ask.fixed, "hold_if_inseparable": ask.hold_if_inseparable}
-    fit = fit_ring_down(signal.record, ask.ring_down_model, ask.window, noise=of_shot.model, **held)
+    if correct is None:
+        held = {"fixed": ask.fixed, "hold_if_inseparable": ask.hold_if_inseparable}
+        fit = fit_ring_down(signal.record, ask.ring_down_model, ask.window, noise=of_shot.model, **held)
+    else:
+        fit = correct.fit(signal.record, ask.window, of_shot.model)
     fit = refine(signal.record, of_shot.model, fit)
     notes = (*fit.notes, *signal.notes, *([of_shot.note] if of_shot.note else []))
     fit = replace(fit, notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)

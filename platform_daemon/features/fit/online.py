@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drivers.errors import RecordingError
 from platform_daemon.core.recordings.header import FitTable
 from platform_daemon.core.recordings.reader import open_recording
 from platform_daemon.core.schemas.base import Window
@@ -26,10 +27,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NamedModel:
-    """A model by its label, for a process that must not load what it is made of; library: folder of adopted models."""
+    """A model by its label, for a process that must not load what it is made of.
+
+    library: folder of adopted models; of_rotor: it holds a manufacturing error, so that fits are corrected for it.
+    """
 
     label: str
     library: Path | None = None
+    of_rotor: bool = False
 
     def choice(self) -> ModelChoice:
         """The model.  Raises InputError if it is not there any more."""
@@ -49,9 +54,9 @@ def checked_model(label: str, library: Path | None) -> NamedModel:
     from platform_daemon.features.models.resolve import checked_variant, label_of
 
     found = NamedModel(label, library).choice()
-    if not isinstance(found, str):
-        found.refuse_rotor()
-    return NamedModel(checked_variant(found) if isinstance(found, str) else label_of(found), library)
+    if isinstance(found, str):
+        return NamedModel(checked_variant(found), library)
+    return NamedModel(label_of(found), library, of_rotor=found.rotor is not None)
 
 
 @dataclass(frozen=True)
@@ -90,8 +95,10 @@ class OnlineFit:
         from platform_daemon.estimation.noise.series import SeriesNoise
         from platform_daemon.features.models.adopted_model import AdoptedModel
 
+        from .calibrated import calibrated_signal, reason_of
+        from .corrected import correction_of
         from .drive_hint import with_drive_hint
-        from .fit import fit_frame, frame_report
+        from .fit import fit_signal, frame_report
         from .fit_request import FitRequest
         from .harmonics import shot_harmonics
         from .known_weight import recorded_weight_over_pull
@@ -112,8 +119,19 @@ class OnlineFit:
         weight = recorded_weight_over_pull(recording)
         ask = FitRequest(choice, self.window, moment_am2=self.moment_am2, weight_over_pull=weight)
         taken = ShotConditions(self.temperature_c, self.calibration.lna_gain)
-        fit = with_drive_hint(fit_frame(rx, rate_hz, calibration, ask, noise, taken), recording, 0)
-        return ShotFit(pickle.dumps(noise), seen, frame_report(0, fit))
+        signal = calibrated_signal(rx, rate_hz, calibration)
+        correct = None
+        if ask.of_rotor:
+            assert self.model.library is not None  # where the model came from
+            try:
+                correct = correction_of(recording, ask, signal.record.valid_from, self.model.library)
+            except RecordingError as error:
+                return ShotFit(pickle.dumps(noise), seen, unfitted(0, reason_of(error)))
+        made = fit_signal(signal, ask.one_angle, noise, calibration, taken, correct=correct)
+        frame = frame_report(0, with_drive_hint(made, recording, 0))
+        if correct is not None and frame.good:
+            frame = frame.model_copy(update={"correction": correct.report})
+        return ShotFit(pickle.dumps(noise), seen, frame)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,171 @@
+"""On-line fits with an adopted manufacturing error: one angle, corrected by a table that is made once.
+
+A table belongs to a model, a resonator and a sequence, and follows from these alone: it is kept beside the models, and
+made again where it is missing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drivers.errors import PlatformError, RecordingError
+from platform_daemon import __version__
+from platform_daemon.core.recordings.recording import Recording
+from platform_daemon.core.schemas.fits import CorrectionReport
+from platform_daemon.core.state.durable import storage_error, write_new_file
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.physics.models import model_named
+from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.result import FitResult
+from platform_daemon.estimation.rotor_correction.corrected_fit import corrected_fit
+from platform_daemon.estimation.rotor_correction.creation import NoTableError, TableBasis, make_table
+from platform_daemon.estimation.rotor_correction.table import CorrectionTable
+from platform_daemon.estimation.screening.windows import Window
+from platform_daemon.features.models.adopted_model import AdoptedModel
+
+from .fit_request import FitRequest
+from .fit_with_rotor import covariance_of_adopted
+from .known_moment import declared_specimen
+from .rotor_context import rotor_context
+
+FOLDER = "corrections"
+"""Of tables, in the folder of models."""
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """A table, and what results say of it."""
+
+    table: CorrectionTable
+    report: CorrectionReport
+
+    def fit(self, record: RingDownRecord, window: Window, noise: NoiseModel | None) -> FitResult:
+        """See corrected_fit; a refusal says what to do."""
+        found = corrected_fit(record, window, noise, self.table)
+        if found.verdict != "good":
+            remedy = f"fit the recording with the model itself: platform-daemon fit --variant {self.report.model}"
+            return found if found.code else FitResult("refused", reason=f"{found.reason}; {remedy}")
+        error = ", ".join(f"{name} {value:.2g}" for name, value in self.report.error.items())
+        said = (
+            f"one angle, corrected for {self.report.model} (table {self.report.table_sha256[:12]}); error against its "
+            f"rotor of five degrees of freedom: {error}; std contains it and the errors of what the model holds; "
+            "phi_max and psi are those of one angle"
+        )
+        return FitResult(**{**vars(found), "notes": (*found.notes, said)})
+
+
+def correction_of(recording: Recording, ask: FitRequest, first: int, folder: Path) -> Correction:
+    """For shots like the first one of a recording, with the adopted model of a request.
+
+    first: sample that fits begin with; folder: of models.  Takes up to a minute where there is no table yet.  Raises
+    RecordingError where there can be none, StorageError.
+    """
+    basis = _basis(recording, ask, first)
+    assert isinstance(ask.model, AdoptedModel)
+    path = folder / FOLDER / f"{ask.model.label}-{_digest(ask.model, basis)[:16]}.npz"
+    if not path.exists():
+        try:
+            content = make_table(basis).to_bytes()
+        except NoTableError as error:
+            raise _no_table(recording, ask, str(error)) from None
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise storage_error(path.parent, error) from error
+        write_new_file(path, content)
+    try:
+        return _read(path, ask.model.label, ask.model.base, ask.weight_over_pull)
+    except (OSError, ValueError, KeyError) as error:
+        raise _no_table(recording, ask, f"{path}: {error}", f"delete {path}, which is made again") from None
+
+
+@lru_cache(4)
+def _read(path: Path, label: str, base: str, weight_over_pull: float) -> Correction:
+    content = path.read_bytes()
+    table = CorrectionTable.from_bytes(content, model_named(base).under_weight(weight_over_pull))
+
+    def named(values: Any) -> dict[str, float]:
+        return dict(zip(table.names, np.asarray(values).tolist(), strict=True))
+
+    report = CorrectionReport(
+        model=label,
+        table_sha256=hashlib.sha256(content).hexdigest(),
+        error=named(table.error),
+        worst=named(table.worst),
+        held=named(np.sqrt(np.diag(table.held))),
+        left_share=table.left_share,
+    )
+    return Correction(table, report)
+
+
+def _basis(recording: Recording, ask: FitRequest, first: int) -> TableBasis:
+    """What the table follows from.  Raises RecordingError where the recording or the model does not tell it."""
+    model, known, specimen = ask.model, rotor_context(recording, 0), declared_specimen(recording)
+    assert isinstance(model, AdoptedModel)
+    assert model.rotor is not None
+    if known is None or known.drive is None or known.rotation is None or specimen is None:
+        raise _no_table(recording, ask, "the correction begins at rest and follows a drive by a sine of a resonator")
+    error, found = model.rotor, _diagnosed(model)
+    missing = [name for name in ("f_nat_hz", "m_r_am2", "lambda_per_s") if not found.get(name)]
+    if missing:
+        raise _no_table(recording, ask, f"the model's diagnosis does not tell {missing[0]}", "diagnose and adopt again")
+    friction = specimen.measured.tf_over_i_rad_per_s2 or found.get("tf_over_i_rad_per_s2") or 0.0
+    reference = RotorValues(
+        f_nat_hz=found["f_nat_hz"],
+        m_r_am2=found["m_r_am2"],
+        lambda_per_s=found["lambda_per_s"],
+        tf_over_i_rad_per_s2=friction if known.geometry.bearing == "jewel" else 0.0,
+        rotation=known.rotation,
+        **({"lean_damping_per_s": error.held["side_damping_per_s"]} | error.held),
+    ).with_numbers({error.parameter: error.strength})
+    names, matrix = ((), None) if error.covariance is None else covariance_of_adopted(error.covariance)
+    sequence = recording.sequence
+    return TableBasis(
+        model=ask.one_angle.ring_down_model,
+        geometry=known.geometry,
+        reference=reference,
+        drive=known.drive,
+        rate_hz=sequence.rate_hz,
+        samples=recording.rx_volts(0).shape[1],
+        first=first,
+        held_names=names,
+        held_covariance=matrix,
+    )
+
+
+def _diagnosed(model: AdoptedModel) -> dict[str, float]:
+    """The constants of the specimen that the model was adopted from, by public name."""
+    evidence: Any = model.evidence if isinstance(model.evidence, dict) else model.evidence.model_dump()
+    after = evidence.get("diagnosis", {}).get("parameters_after", {})
+    return {name: each["value"] for name, each in after.items() if each and each.get("value")}
+
+
+def _digest(model: AdoptedModel, basis: TableBasis) -> str:
+    """Of everything that a table follows from."""
+    reference = {name: np.asarray(value).tolist() for name, value in vars(basis.reference).items()}
+    told = {
+        "software": __version__,
+        "model": model.digest,
+        "base": basis.model.name,
+        "weight": {name: each.fixed for name, each in basis.model.parameters.items() if each.fixed is not None},
+        "geometry": asdict(basis.geometry),
+        "reference": reference,
+        "drive": asdict(basis.drive),
+        "window": [basis.rate_hz, basis.samples, basis.first],
+    }
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+
+
+def _no_table(recording: Recording, ask: FitRequest, why: str, remedy: str = "") -> PlatformError:
+    base = ask.model.base if isinstance(ask.model, AdoptedModel) else ask.label
+    other = f"measure with --variant {base}, and fit the recording: platform-daemon fit --variant {ask.label}"
+    what = f"{ask.label} cannot be used on-line"
+    return RecordingError(what, where=str(recording.path), why=why, remedy=remedy or other)
