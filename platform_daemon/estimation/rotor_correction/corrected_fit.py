@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from platform_daemon.estimation.least_squares.constraints import fixed_values
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.least_squares.noise_weighting import weighted_by_harmonic
 from platform_daemon.estimation.least_squares.problem import FitProblem, Minimum, Subsample
+from platform_daemon.estimation.least_squares.public_parameters import public_jacobian
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.numerics.blas_threads import one_thread_for_products
@@ -25,7 +26,7 @@ from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.estimation.result import FitResult
 from platform_daemon.estimation.screening.windows import Window
-from platform_daemon.estimation.solve import FAILURES, find_minimum
+from platform_daemon.estimation.solve import FAILURES
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .coordinates import TURNS, OneAngle
@@ -54,45 +55,56 @@ def corrected_fit(
     """
     one_thread_for_products()
     began = time.perf_counter()
-    try:
-        place = table.inside(_seen(record, table))
-        samples = min(table.samples, record.samples.shape[1])
-        at = table.one_angle_of(place)
-        near = state_of(table.coordinates, at)
-        left = record.samples.copy()
-        left[:, :samples] -= table.beside(place, at, near.dynamics, samples)
-    except RefusedError as refused:
-        return FitResult.refused(refused)
-    except (*FAILURES, LostTrajectoryError, ValueError) as error:
-        return _refused(str(error))
-    fit = _one_angle_fit(replace(record, samples=left), window, noise, table, near)
-    if fit.verdict != "good":
-        return fit
-    if record.valid_from + fit.samples > table.samples < record.samples.shape[1]:
-        window_s, kept_s = fit.window_s or 0.0, table.samples / table.rate_hz
-        return _refused(f"the window of {window_s:.3g} s is longer than the {kept_s:.3g} s that the table holds")
-    found = _result(fit, table)
-    return replace(found, seconds=time.perf_counter() - began - fit.noise_seconds)
-
-
-def _one_angle_fit(
-    record: RingDownRecord, window: Window, noise: NoiseModel | None, table: CorrectionTable, near: FitState
-) -> FitResult:
-    """Of what the correction leaves, judged by its size alone.
-
-    What else `fit_ring_down` looks for (hum, drift, a second resonator, another variant) takes a hundred times as long
-    where more than noise is left, as the table's own error is.
-    """
-    model = table.coordinates.model
+    available = min(table.samples, record.end)
     noise_s = 0.0
     try:
-        prepared = prepare_record(record, window, noise, fixed_values(model, None, dipole=True))
+        seen = table.inside(_seen(record, table))
+        samples = min(available, table.enough(seen, window))
+        prepared = _prepared(record, seen, samples, window, noise, table)
+        if prepared.chosen.last >= samples < available:
+            prepared = _prepared(record, seen, available, window, noise, table)
         noise_s = prepared.noise_seconds
-        problem, best = _minimum(prepared, table, near)
-        residual = residual_left(prepared, problem, best)
-        public = published_parameters(prepared, problem, best)
+        if prepared.chosen.last >= table.samples < record.end:
+            window_s, kept_s = prepared.chosen.last * record.dt_s, table.samples * record.dt_s
+            return _refused(f"the window of {window_s:.3g} s is no shorter than the {kept_s:.3g} s of the table")
+        fit = _one_angle_fit(record, prepared, table)
     except RefusedError as refused:
         return replace(FitResult.refused(refused), noise_seconds=noise_s)
+    except (*FAILURES, LostTrajectoryError, ValueError) as error:
+        return _refused(str(error))
+    found = _result(fit, table) if fit.verdict == "good" else fit
+    return replace(found, seconds=time.perf_counter() - began - noise_s, noise_seconds=noise_s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Prepared(PreparedRecord):
+    """Samples less what the correction has at first; near: the motion beside which it has it."""
+
+    near: FitState
+
+
+def _prepared(
+    record: RingDownRecord, seen: Place, samples: int, window: Window, noise: NoiseModel | None, table: CorrectionTable
+) -> _Prepared:
+    """Raises RefusedError, ValueError, LostTrajectoryError."""
+    at = table.one_angle_of(seen)
+    near = state_of(table.coordinates, at)
+    left = record.samples[:, :samples] - table.beside(seen, at.m_r_am2, near.dynamics, samples)
+    cut = replace(record, samples=left, valid_to=min(record.end, samples))
+    model = table.coordinates.model
+    made = prepare_record(cut, window, noise, fixed_values(model, None, dipole=True))
+    return _Prepared(**vars(made), near=near)
+
+
+def _one_angle_fit(record: RingDownRecord, prepared: _Prepared, table: CorrectionTable) -> FitResult:
+    """Of what the correction leaves, once it is that of the whole window; judged by its size alone.
+
+    What else `fit_ring_down` looks for (hum, drift, a second resonator, another variant) takes a hundred times as long
+    where more than noise is left, as the table's own error is.  Raises RefusedError, and what solve.FAILURES lists.
+    """
+    problem, best, whole = _minimum(record, prepared, table)
+    residual = residual_left(whole, problem, best)
+    public = published_parameters(whole, problem, best)
     squares, energy = float(best.normal.squares_by_channel.sum()), float(best.moments.energy.sum())
     dof = prepared.degrees(problem)
     chi2 = best.normal.chi2 / dof
@@ -113,29 +125,35 @@ def _one_angle_fit(
         r2=1.0 - squares / (energy - float(sums @ sums) / prepared.samples),
         nrmse=math.sqrt(squares / energy),
         chi2_per_dof=chi2,
-        chi2_per_dof_by_channel=tuple(float(c) * record.channels / dof for c in best.normal.chi2_by_channel),
+        chi2_per_dof_by_channel=tuple(float(c) * len(sums) / dof for c in best.normal.chi2_by_channel),
         whiteness_by_channel=tuple(residual.flatness.tolist()),
         condition=public.condition,
         window_s=prepared.chosen.last * record.dt_s,
         samples=prepared.samples,
         iterations=problem.passes,
         noise_source=prepared.noise.source,
-        noise_seconds=noise_s,
     )
 
 
-def _minimum(prepared: PreparedRecord, table: CorrectionTable, near: FitState) -> tuple[FitProblem, Minimum]:
-    """From where the table has it.  Raises RefusedError."""
-    model, last = table.coordinates.model, prepared.chosen.last
-    try:
-        problem = problem_of(prepared.record, model, near, prepared.noise_sd)
-        early = descended(problem, near, last, LIMITS.early_chi2, _SOME)
-        best = weighted_by_harmonic(problem, early, last, prepared.noise, prepared.frequency_hz)
-        if best is early:  # the noise is white, and nothing has looked at all samples yet
-            best = descended(problem, early.state, last, LIMITS.descended_chi2)
-        return problem, best
-    except (*FAILURES, ValueError):
-        return find_minimum(prepared, model)
+def _minimum(
+    record: RingDownRecord, prepared: _Prepared, table: CorrectionTable
+) -> tuple[FitProblem, Minimum, PreparedRecord]:
+    """Of the window, first with the correction that its beginning tells, then with the one that it tells itself."""
+    coordinates, last = table.coordinates, prepared.chosen.last
+    model, samples = coordinates.model, prepared.record.samples.shape[1]
+    problem = problem_of(prepared.record, model, prepared.near, prepared.noise_sd)
+    early = descended(problem, prepared.near, last, LIMITS.early_chi2, _SOME)
+    names, values, _ = public_jacobian(model, early.state)
+    corrected = coordinates.of(dict(zip(names, values.tolist(), strict=True)))
+    place = table.inside(table.rotor_of(corrected))
+    left = record.samples[:, :samples] - table.beside(place, corrected.m_r_am2, early.state.dynamics, samples)
+    again = replace(prepared, record=replace(prepared.record, samples=left))
+    problem = problem_of(again.record, model, early.state, again.noise_sd)
+    near = descended(problem, early.state, last, LIMITS.early_chi2, _SOME)
+    best = weighted_by_harmonic(problem, near, last, again.noise, again.frequency_hz)
+    if best is near:  # the noise is white, and nothing has looked at all samples yet
+        best = descended(problem, near.state, last, LIMITS.descended_chi2)
+    return problem, best, again
 
 
 def _seen(record: RingDownRecord, table: CorrectionTable) -> Place:

@@ -39,7 +39,7 @@ from .coordinates import TURNS, OneAngle, OneAngleCoordinates, RotorCoordinates
 from .corrected_fit import coarse_window_s, corrected_fit
 from .descent import smooth_fit
 from .held import covariance_of_held
-from .motion import BETWEEN, THIN, one_angle_motion, slow_harmonics
+from .motion import BETWEEN, THIN, dm_dt_of, harmonics_of, motion, slow_harmonics
 from .polynomial import Box, Polynomial
 from .table import CONSTANTS, CorrectionTable, Place
 
@@ -217,7 +217,9 @@ def _regressed(
 
     def slow(k: int) -> Array:
         at = OneAngle(beside[k, :-1], drawn[k].place.m_r_am2 * float(np.exp(beside[k, -1])))
-        dm_dt, phase = one_angle_motion(coordinates, at, coordinates.dynamics(at), thin, THIN / basis.rate_hz)
+        dynamics = coordinates.dynamics(at)
+        swing = motion(coordinates, dynamics, thin, THIN / basis.rate_hz)
+        dm_dt, phase = dm_dt_of(coordinates, at, dynamics, *swing), harmonics_of(*swing)
         here = drawn[k].dm_dt[:, ::THIN][:, :thin]
         n = here.shape[1]
         return slow_harmonics((here - dm_dt[:, :n]) / at.m_r_am2, phase[:, :n])
@@ -233,6 +235,7 @@ def _regressed(
         rate_hz=basis.rate_hz,
         samples=samples,
         to_rotor=Polynomial.fitted(early_box, early[:, :-1], np.column_stack([vectors, -early[:, -1]])),
+        window_s=Polynomial.fitted(box, vectors, np.array([each.window_s for each in drawn])),
         to_one_angle=to_one_angle,
         from_one_angle=Polynomial.fitted(beside_box, beside[:, :-1], np.column_stack([vectors, -beside[:, -1]])),
         harmonics=_by_node(box, vectors, harmonics, [each.window_s for each in drawn], THIN * BETWEEN / basis.rate_hz),

@@ -17,6 +17,7 @@ from platform_daemon.estimation.least_squares.problem import (
 from platform_daemon.estimation.least_squares.public_parameters import by_convention, public_jacobian
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.chebyshev import COARSE, EXACT
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.prepared_record import prepare_record
 from platform_daemon.estimation.record import RingDownRecord
@@ -54,7 +55,7 @@ def descended(
     """
     before = np.inf
     for _ in range(LIMITS.most_descending):
-        at = problem.evaluate(state, last, some)
+        at = problem.evaluate(state, last, some, EXACT if some is ALL_SAMPLES else COARSE)
         step, fall = gauss_newton_step(at.normal, problem.free)
         state = at.state.moved(step)
         if fall < least_fall:

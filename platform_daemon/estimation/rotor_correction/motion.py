@@ -22,29 +22,37 @@ THIN, BETWEEN = LIMITS.thin, LIMITS.samples_per_node
 TAPS = 4
 
 
-def one_angle_motion(
-    coordinates: OneAngleCoordinates, at: OneAngle, dynamics: MotionParameters, samples: int, step_s: float
+def motion(
+    coordinates: OneAngleCoordinates, dynamics: MotionParameters, samples: int, step_s: float
 ) -> tuple[Array, Array]:
-    """dm/dt (3, n), A m^2/s, world axes, from t = 0 on, and harmonics of the motion's phase (HARMONICS, n).
-
-    dynamics: of that motion, as `coordinates.ring_down` finds it.
-
-    Raises LostTrajectoryError where there is no such motion.
-    """
+    """sin(phi/2) and v = phi'/w of a motion from t = 0 on, (n,) each.  Raises LostTrajectoryError."""
     phi, v = Workspace(coordinates.model).block_means(
         dynamics, begin=0, blocks=samples, block=1, dt_s=step_s, observable=STATE, accuracy=0.0
     )
-    rotation = coordinates.rotated(at.vector[-TURNS:])
+    return np.sin(0.5 * phi), v
+
+
+def dm_dt_of(
+    coordinates: OneAngleCoordinates, at: OneAngle, dynamics: MotionParameters, half: Array, v: Array
+) -> Array:
+    """dm/dt (3, n), A m^2/s, world axes, of what `motion` returned."""
     speed = at.m_r_am2 * dynamics.w * v
-    half = np.sin(0.5 * phi)
-    dm_dt = rotation[:, :2] @ np.stack([-np.sin(phi) * speed, (1.0 - 2.0 * half * half) * speed])
-    turning = 2.0 * half - 1j * v
-    turning /= np.maximum(np.abs(turning), np.finfo(float).tiny)
-    power, rows = turning, [np.ones(samples)]
-    for _ in range(LIMITS.harmonics):
-        rows += [power.real, power.imag]
+    sine = 2.0 * half * np.sqrt(1.0 - half * half)
+    seen = np.stack([-sine * speed, (1.0 - 2.0 * half * half) * speed])
+    return np.asarray(coordinates.rotated(at.vector[-TURNS:])[:, :2] @ seen)
+
+
+def harmonics_of(half: Array, v: Array) -> Array:
+    """Harmonics of the phase of what `motion` returned, (HARMONICS, n)."""
+    size = 1.0 / np.sqrt(np.maximum(4.0 * half * half + v * v, np.finfo(float).tiny))
+    turning = np.empty(half.size, dtype=np.complex128)
+    turning.real, turning.imag = 2.0 * half * size, -v * size
+    rows = np.empty((HARMONICS, half.size))
+    rows[0], power = 1.0, turning
+    for k in range(LIMITS.harmonics):
+        rows[2 * k + 1], rows[2 * k + 2] = power.real, power.imag
         power = power * turning
-    return np.asarray(dm_dt), np.array(rows)
+    return rows
 
 
 def slow_harmonics(difference: Array, phase: Array) -> Array:

@@ -13,16 +13,17 @@ from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import MotionParameters
+from platform_daemon.estimation.screening.windows import N50_SECONDS, Window
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .coordinates import TURNS, OneAngle, OneAngleCoordinates
 from .descent import state_of
-from .motion import THIN, one_angle_motion, rebuilt, thickened
+from .motion import THIN, harmonics_of, motion, rebuilt, thickened
 from .polynomial import Box, Polynomial
 
 CONSTANTS = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
 LIMITS = THRESHOLDS.rotor_correction
-_POLYNOMIALS = ("to_rotor", "to_one_angle", "from_one_angle", "harmonics")
+_POLYNOMIALS = ("to_rotor", "window_s", "to_one_angle", "from_one_angle", "harmonics")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -41,6 +42,7 @@ class CorrectionTable:
         coordinates: about the reference.
         rate_hz, samples: of the RX window from its first sample on; corrections end after `samples`.
         to_rotor: from the fit of the first window to the rotor, and ln of its m_r over the fitted one.
+        window_s: of the rotor, when its swing has decayed to 30 %.
         to_one_angle: from the rotor to the one-angle motion beside which it is described, and ln of that one's m_r over
             the rotor's.
         from_one_angle: back, for the result.
@@ -60,6 +62,7 @@ class CorrectionTable:
     rate_hz: float
     samples: int
     to_rotor: Polynomial
+    window_s: Polynomial
     to_one_angle: Polynomial
     from_one_angle: Polynomial
     harmonics: Polynomial
@@ -113,14 +116,20 @@ class CorrectionTable:
         """Where fits of the first window begin."""
         return state_of(self.coordinates, self.start)
 
-    def beside(self, place: Place, at: OneAngle, dynamics: MotionParameters, samples: int) -> Array:
-        """What a rotor does beside this motion, (3, samples) A m^2/s, world axes, from the first RX sample on.
+    def enough(self, place: Place, window: Window) -> int:
+        """Samples that hold a window of such a rotor, with a margin."""
+        if window != "d30":
+            return round((N50_SECONDS if window == "n50" else float(window)) * self.rate_hz) + 1
+        return round(LIMITS.enough_share * float(self.window_s.at(place.vector)) * self.rate_hz)
 
-        Raises LostTrajectoryError where there is no such motion.
+    def beside(self, place: Place, m_r_am2: float, dynamics: MotionParameters, samples: int) -> Array:
+        """What a rotor does beside one angle, (3, samples) A m^2/s, world axes, from the first RX sample on.
+
+        m_r_am2, dynamics: of that one-angle motion.  Raises LostTrajectoryError where there is no such motion.
         """
         thin = -(-samples // THIN) + 1
-        _, phase = one_angle_motion(self.coordinates, at, dynamics, thin, THIN / self.rate_hz)
-        return thickened(at.m_r_am2 * rebuilt(self.harmonics.at(place.vector), phase), samples)
+        phase = harmonics_of(*motion(self.coordinates, dynamics, thin, THIN / self.rate_hz))
+        return thickened(m_r_am2 * rebuilt(self.harmonics.at(place.vector), phase), samples)
 
     def slope(self, corrected: OneAngle) -> Array:
         """Derivatives (names, 1 + k) of the rotor's `names` by ln m_r and by the vector of a corrected fit."""
@@ -186,6 +195,7 @@ class CorrectionTable:
             rate_hz=float(found["rate_hz"]),
             samples=int(found["samples"]),
             to_rotor=polynomials["to_rotor"],
+            window_s=polynomials["window_s"],
             to_one_angle=polynomials["to_one_angle"],
             from_one_angle=polynomials["from_one_angle"],
             harmonics=polynomials["harmonics"],

@@ -13,7 +13,7 @@ STUDY = "tests/benchmarks/corrected_fit.py"
 class RotorCorrectionThresholds:
     """Which rotors are drawn, and how what they do is kept."""
 
-    draws_jewel: int = tuned(192, "rotors", "drawn for a jewel, whose friction differs twofold", STUDY)
+    draws_jewel: int = tuned(288, "rotors", "drawn for a jewel, whose friction differs twofold", STUDY)
     draws_thread: int = tuned(128, "rotors", "drawn for a thread", STUDY)
     held_out: int = tuned(16, "rotors", "one of so many is held out and tells the error", STUDY)
     f_nat_share: float = tuned(5e-4, "1", "of f_nat, by which it may be off: 5 K", STUDY)
@@ -39,6 +39,7 @@ class RotorCorrectionThresholds:
     thin: int = tuned(8, "samples", "of which one is computed: 7.6 kHz", STUDY)
     samples_per_node: int = tuned(128, "thinned samples", "between nodes of what is slow: 17 ms", STUDY)
     fewest_samples: int = tuned(20, "thinned samples", "in a window at the end")
+    enough_share: float = tuned(1.1, "1", "of the expected window, for which the correction is computed")
     late_share: float = tuned(1.05, "1", "times a rotor's own window, from which on it hardly counts")
     late_weight: float = tuned(0.02, "1", "that it then has")
     kept_share: float = tuned(1.1, "1", "times the longest window, for which the correction is kept")
