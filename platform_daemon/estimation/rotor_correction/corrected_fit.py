@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation.goodness_of_fit.verdict import published_parameters, residual_left
+from platform_daemon.estimation.goodness_of_fit.verdict import published_parameters
 from platform_daemon.estimation.least_squares.constraints import fixed_values
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.least_squares.noise_weighting import weighted_by_harmonic
+from platform_daemon.estimation.least_squares.gauss_newton import FitState, gauss_newton_step
+from platform_daemon.estimation.least_squares.noise_weighting import harmonic_sd, weighted_normal
 from platform_daemon.estimation.least_squares.problem import FitProblem, Minimum, Subsample
 from platform_daemon.estimation.least_squares.public_parameters import public_jacobian
 from platform_daemon.estimation.noise.model import NoiseModel
@@ -103,7 +103,6 @@ def _one_angle_fit(record: RingDownRecord, prepared: _Prepared, table: Correctio
     where more than noise is left, as the table's own error is.  Raises RefusedError, and what solve.FAILURES lists.
     """
     problem, best, whole = _minimum(record, prepared, table)
-    residual = residual_left(whole, problem, best)
     public = published_parameters(whole, problem, best)
     squares, energy = float(best.normal.squares_by_channel.sum()), float(best.moments.energy.sum())
     dof = prepared.degrees(problem)
@@ -126,7 +125,6 @@ def _one_angle_fit(record: RingDownRecord, prepared: _Prepared, table: Correctio
         nrmse=math.sqrt(squares / energy),
         chi2_per_dof=chi2,
         chi2_per_dof_by_channel=tuple(float(c) * len(sums) / dof for c in best.normal.chi2_by_channel),
-        whiteness_by_channel=tuple(residual.flatness.tolist()),
         condition=public.condition,
         window_s=prepared.chosen.last * record.dt_s,
         samples=prepared.samples,
@@ -140,20 +138,29 @@ def _minimum(
 ) -> tuple[FitProblem, Minimum, PreparedRecord]:
     """Of the window, first with the correction that its beginning tells, then with the one that it tells itself."""
     coordinates, last = table.coordinates, prepared.chosen.last
-    model, samples = coordinates.model, prepared.record.samples.shape[1]
+    model = coordinates.model
     problem = problem_of(prepared.record, model, prepared.near, prepared.noise_sd)
     early = descended(problem, prepared.near, last, LIMITS.early_chi2, _SOME)
     names, values, _ = public_jacobian(model, early.state)
     corrected = coordinates.of(dict(zip(names, values.tolist(), strict=True)))
     place = table.inside(table.rotor_of(corrected))
-    left = record.samples[:, :samples] - table.beside(place, corrected.m_r_am2, early.state.dynamics, samples)
-    again = replace(prepared, record=replace(prepared.record, samples=left))
+    left = record.samples[:, :last] - table.beside(place, corrected.m_r_am2, early.state.dynamics, last)
+    again = replace(prepared, record=replace(prepared.record, samples=left, valid_to=last))
     problem = problem_of(again.record, model, early.state, again.noise_sd)
     near = descended(problem, early.state, last, LIMITS.early_chi2, _SOME)
-    best = weighted_by_harmonic(problem, near, last, again.noise, again.frequency_hz)
-    if best is near:  # the noise is white, and nothing has looked at all samples yet
-        best = descended(problem, near.state, last, LIMITS.descended_chi2)
-    return problem, best, again
+    return problem, _at_the_bottom(problem, near.state, again), again
+
+
+def _at_the_bottom(problem: FitProblem, state: FitState, prepared: PreparedRecord) -> Minimum:
+    """One step with all samples, odd and even harmonics weighted by the noise at their frequencies: the state is that
+    of some of the half cycles, a few standard errors off, where chi^2 is a parabola."""
+    at = problem.evaluate(state, prepared.chosen.last)
+    sd = harmonic_sd(problem, prepared.noise, prepared.frequency_hz)
+    normal = weighted_normal(problem.model, at.state, at.moments, sd, at.normal)
+    normal = problem.knowledge.added(normal, at.state)
+    step, _ = gauss_newton_step(normal, problem.free)
+    left = replace(problem.after(at, step), gradient=normal.gradient, matrix=normal.matrix)
+    return Minimum(state=at.state.moved(step), tabulated=at.state, normal=left, moments=at.moments, sd=sd)
 
 
 def _seen(record: RingDownRecord, table: CorrectionTable) -> Place:

@@ -94,7 +94,7 @@ def smooth_fit(
     best = None
     if start is not None:
         try:
-            best = descended(problem_of(cut, model, start, sd), start, last, least)
+            best = descended(problem_of(cut, model, start, sd), start, last, LIMITS.nearly_polished * last)
         except (*FAILURES, ValueError):
             best = None
     if best is None:
