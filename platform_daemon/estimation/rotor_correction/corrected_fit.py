@@ -45,9 +45,13 @@ def coarse_window_s(model: RingDownModel) -> float:
 
 
 def corrected_fit(
-    record: RingDownRecord, window: Window, noise: NoiseModel | None, table: CorrectionTable
+    record: RingDownRecord,
+    window: Window,
+    noise: NoiseModel | None,
+    table: CorrectionTable,
+    look: OneAngle | None = None,
 ) -> FitResult:
-    """Fit dm/dt that begins with the first RX sample.
+    """Fit dm/dt that begins with the first RX sample; look: what `first_look` found, None: it is still to be made.
 
     The result is that of one angle, over `window`, of the samples less what the rotor does beside it, with the
     constants and the orientation of the rotor; phi_max and psi stay those of one angle.  Its errors contain the error
@@ -58,7 +62,7 @@ def corrected_fit(
     available = min(table.samples, record.end)
     noise_s = 0.0
     try:
-        seen = table.inside(_seen(record, table))
+        seen = table.inside(table.place_of(first_look(record, table) if look is None else look))
         samples = min(available, table.enough(seen, window))
         prepared = _prepared(record, seen, samples, window, noise, table)
         if prepared.chosen.last >= samples < available:
@@ -163,10 +167,11 @@ def _at_the_bottom(problem: FitProblem, state: FitState, prepared: PreparedRecor
     return Minimum(state=at.state.moved(step), tabulated=at.state, normal=left, moments=at.moments, sd=sd)
 
 
-def _seen(record: RingDownRecord, table: CorrectionTable) -> Place:
+def first_look(record: RingDownRecord, table: CorrectionTable) -> OneAngle:
+    """The fit of the first window.  Raises RefusedError, and what solve.FAILURES lists."""
     model = table.coordinates.model
     values = smooth_fit(record, model, coarse_window_s(model), LIMITS.coarse_noise_share, table.start_state)
-    return table.place_of(table.coordinates.of(values))
+    return table.coordinates.of(values)
 
 
 def _refused(why: str) -> FitResult:

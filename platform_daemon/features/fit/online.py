@@ -11,18 +11,24 @@ import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from drivers.errors import RecordingError
 from platform_daemon.core.recordings.header import FitTable
 from platform_daemon.core.recordings.reader import open_recording
 from platform_daemon.core.schemas.base import Window
-from platform_daemon.core.schemas.fits import FitReport, FrameFit, unfitted
+from platform_daemon.core.schemas.fits import CorrectionReport, FitReport, FrameFit, unfitted
 from platform_daemon.core.schemas.harmonics import ShotHarmonics
 
 if TYPE_CHECKING:
     from drivers.calibration import ReceiveCalibration
+    from platform_daemon.core.recordings.recording import Recording
+    from platform_daemon.estimation.noise.model import NoiseModel
+    from platform_daemon.estimation.record import RingDownRecord
+    from platform_daemon.estimation.result import FitResult
     from platform_daemon.features.models.resolve import ModelChoice
+
+    from .fit_request import FitRequest
 
 
 @dataclass(frozen=True)
@@ -96,7 +102,6 @@ class OnlineFit:
         from platform_daemon.features.models.adopted_model import AdoptedModel
 
         from .calibrated import calibrated_signal, reason_of
-        from .corrected import correction_of
         from .drive_hint import with_drive_hint
         from .fit import fit_signal, frame_report
         from .fit_request import FitRequest
@@ -120,18 +125,34 @@ class OnlineFit:
         ask = FitRequest(choice, self.window, moment_am2=self.moment_am2, weight_over_pull=weight)
         taken = ShotConditions(self.temperature_c, self.calibration.lna_gain)
         signal = calibrated_signal(rx, rate_hz, calibration)
-        correct = None
-        if ask.of_rotor:
-            assert self.model.library is not None  # where the model came from
-            try:
-                correct = correction_of(recording, ask, signal.record.valid_from, self.model.library)
-            except RecordingError as error:
-                return ShotFit(pickle.dumps(noise), seen, unfitted(0, reason_of(error)))
-        made = fit_signal(signal, ask.one_angle, noise, calibration, taken, correct=correct)
-        frame = frame_report(0, with_drive_hint(made, recording, 0))
-        if correct is not None and frame.good:
-            frame = frame.model_copy(update={"correction": correct.report})
+        if not ask.of_rotor:
+            fit = with_drive_hint(fit_signal(signal, ask, noise, calibration, taken), recording, 0)
+            return ShotFit(pickle.dumps(noise), seen, frame_report(0, fit))
+        try:
+            frame = self._corrected(recording, ask, (signal, noise, calibration, taken))
+        except RecordingError as error:
+            frame = unfitted(0, reason_of(error))
         return ShotFit(pickle.dumps(noise), seen, frame)
+
+    def _corrected(self, recording: Recording, ask: FitRequest, given: tuple[Any, ...]) -> FrameFit:
+        """The fit of one angle, corrected for a manufacturing error.  Raises RecordingError, StorageError."""
+        from .corrected import corrections_of
+        from .drive_hint import with_drive_hint
+        from .fit import fit_signal, frame_report
+
+        signal, noise, calibration, taken = given
+        assert self.model.library is not None  # where the model came from
+        corrections = corrections_of(recording, ask, signal.record.valid_from, self.model.library)
+        reports: list[CorrectionReport | None] = []
+
+        def fitter(record: RingDownRecord, window: Window, of_shot: NoiseModel | None) -> FitResult:
+            fit, report = corrections.fit(record, window, of_shot)
+            reports.append(report)
+            return fit
+
+        fit = fit_signal(signal, ask.one_angle, noise, calibration, taken, fitter=fitter)
+        frame = frame_report(0, with_drive_hint(fit, recording, 0))
+        return frame.model_copy(update={"correction": reports[0]}) if frame.good and reports else frame
 
 
 @dataclass(frozen=True)

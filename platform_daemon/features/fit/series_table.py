@@ -48,8 +48,14 @@ def fit_table(name: str, variant: str, fits: Sequence[FrameFit]) -> FitTable:
         reason=tuple(fit.reason or "" for fit in fits),
         variant=variant,
         software_version=__version__,
-        correction=next((to_json(fit.correction) for fit in fits if fit.correction is not None), ""),
+        correction=_corrections(fits),
     )
+
+
+def _corrections(fits: Sequence[FrameFit]) -> str:
+    """The tables that corrected fits were made with, each once, as a JSON list; "" where none was."""
+    found = dict.fromkeys(to_json(fit.correction) for fit in fits if fit.correction is not None)
+    return f"[{', '.join(found)}]" if found else ""
 
 
 def recorded_fits(measurement: Measurement, ask: FitRequest) -> tuple[FrameFit, ...] | None:
