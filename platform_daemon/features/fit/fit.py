@@ -73,8 +73,9 @@ def fit_signal(
     """Fit a frame; refused if its raw volts are clipped, whatever the calibration mixes.
 
     noise: of the series that the frame belongs to; None: the frame's own.  taken: under which conditions, for the
-    warnings about a calibration that does not hold for them.  refine: what is made of the fit of one angle; fitter: fits
-    in the place of `fit_ring_down`, None: it does.  What the calibration's uncertainty does is in `systematic_std`.
+    warnings about a calibration that does not hold for them.  refine: what is made of the fit of one angle; fitter:
+    fits in the place of `fit_ring_down`, None: it does.  What the calibration's uncertainty does is
+    in `systematic_std`.
     """
     try:
         signal.refuse_nothing()
