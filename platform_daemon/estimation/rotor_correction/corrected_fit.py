@@ -151,7 +151,7 @@ def _minimum(
     left = record.samples[:, :last] - table.beside(place, corrected.m_r_am2, early.state.dynamics, last)
     again = replace(prepared, record=replace(prepared.record, samples=left, valid_to=last))
     problem = problem_of(again.record, model, early.state, again.noise_sd)
-    near = descended(problem, early.state, last, LIMITS.early_chi2, _SOME)
+    near = descended(problem, early.state, last, math.inf, _SOME)  # one step: it begins where the other one ended
     return problem, _at_the_bottom(problem, near.state, again), again
 
 

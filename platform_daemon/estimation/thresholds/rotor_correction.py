@@ -55,7 +55,7 @@ class RotorCorrectionThresholds:
     polished: float = tuned(1e-9, "1", "predicted fall of chi^2 per sample at which these end")
     nearly_polished: float = tuned(1e-8, "1", "the same from a known start: a tenth of what the noise makes")
     lost_chi2: float = tuned(4.0, "1", "ratio of chi^2 to that before a step, at which steps lead nowhere")
-    early_chi2: float = tuned(0.1, "1", "predicted fall at which passes over some of the half cycles end")
+    early_chi2: float = tuned(1.0, "1", "predicted fall at which passes over some of the half cycles end")
     early_half_cycle: int = tuned(7, "half cycles", "of which one is looked at there (odd)")
     decayed_share: float = tuned(0.3, "1", "of the swing, that is left at the end of a drawn rotor's window: D30")
     envelope_periods: float = tuned(3.0, "periods", "in a block of the envelope that tells it")

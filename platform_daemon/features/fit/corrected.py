@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -104,14 +104,13 @@ class Corrections:
 
     def _range_of(self, record: RingDownRecord) -> tuple[Correction, OneAngle]:
         """The table for the f_nat of a shot.  The search begins with the last one, which saves time and no more."""
-        key = _digest(self.model, self.basis)
-        number = _LAST.get(key, 0)
+        number = _LAST.get(self._key, 0)
         for _ in range(_MOST_LOOKS):
             used = self._numbered(number)
             look = first_look(record, used.table)
             off = round(float(look.vector[0] - used.table.start.vector[0]) / self.width_hz)
             if off == 0:
-                _LAST[key] = number
+                _LAST[self._key] = number
                 return used, look
             number += off
             if abs(number) > MOST_RANGES:
@@ -119,9 +118,21 @@ class Corrections:
                 raise ValueError(f"f_nat is {far_hz:+.3g} Hz off that of the diagnosis: another resonator, or warmer")
         return used, look  # between two ranges: both hold it
 
+    @cached_property
+    def _key(self) -> str:
+        return _digest(self.model, self.basis)
+
     def _numbered(self, number: int) -> Correction:
-        """The table of the range so many widths above that of the diagnosis; m_r goes with f_nat, as both magnets'
-        moments go with the temperature."""
+        """The table of the range so many widths above that of the diagnosis."""
+        kept = self._key, number
+        if kept not in _KEPT:
+            if len(_KEPT) >= _MOST_KEPT:
+                _KEPT.clear()
+            _KEPT[kept] = self._made_or_read(number)
+        return _KEPT[kept]
+
+    def _made_or_read(self, number: int) -> Correction:
+        """m_r goes with f_nat, as both magnets' moments go with the temperature."""
         reference = self.basis.reference
         share = 1.0 + number * self.width_hz / reference.f_nat_hz
         moved = {"f_nat_hz": share * reference.f_nat_hz, "m_r_am2": share * reference.m_r_am2}
@@ -144,6 +155,8 @@ class Corrections:
 
 
 _LAST: dict[str, int] = {}
+_KEPT: dict[tuple[str, int], Correction] = {}
+_MOST_KEPT = 8
 _MOST_LOOKS = 4
 MOST_RANGES = 10
 """Above and below that of the diagnosis: 10 K of NdFeB."""
@@ -158,7 +171,6 @@ def corrections_of(recording: Recording, ask: FitRequest, first: int, folder: Pa
     return Corrections(ask.model, _basis(recording, ask, first), folder)
 
 
-@lru_cache(4)
 def _read(path: Path, label: str, base: str, weight_over_pull: float) -> Correction:
     content = path.read_bytes()
     table = CorrectionTable.from_bytes(content, model_named(base).under_weight(weight_over_pull))
