@@ -14,6 +14,7 @@ from platform_daemon.estimation.least_squares.problem import (
     NoConvergenceError,
     Subsample,
 )
+from platform_daemon.estimation.least_squares.progressive import QUICK, fit_progressively
 from platform_daemon.estimation.least_squares.public_parameters import by_convention, public_jacobian
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.numerics.arrays import Array
@@ -94,7 +95,11 @@ def smooth_fit(
     best = None
     if start is not None:
         try:
-            best = descended(problem_of(cut, model, start, sd), start, last, LIMITS.nearly_polished * last)
+            problem, periods = problem_of(cut, model, start, sd), LIMITS.start_periods
+            near = start
+            if "tf_over_i_rad_per_s2" in model.losses:  # which differs so much that steps at once would lead astray
+                near = fit_progressively(problem, start, start_periods=periods, last=last, schedule=QUICK).state
+            best = descended(problem, near, last, LIMITS.nearly_polished * last)
         except (*FAILURES, ValueError):
             best = None
     if best is None:

@@ -54,6 +54,7 @@ class RotorCorrectionThresholds:
     most_descending: int = tuned(40, "steps", "of Gauss-Newton, to the bottom")
     polished: float = tuned(1e-9, "1", "predicted fall of chi^2 per sample at which these end")
     nearly_polished: float = tuned(1e-8, "1", "the same from a known start: a tenth of what the noise makes")
+    start_periods: float = tuned(10.0, "periods", "with which a fit from a known start begins")
     lost_chi2: float = tuned(4.0, "1", "ratio of chi^2 to that before a step, at which steps lead nowhere")
     early_chi2: float = tuned(1.0, "1", "predicted fall at which passes over some of the half cycles end")
     early_half_cycle: int = tuned(7, "half cycles", "of which one is looked at there (odd)")
