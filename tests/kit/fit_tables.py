@@ -28,6 +28,8 @@ def _read_fit(source: Hdf5File, name: str) -> FitTable:
         place = f"{FIT}/{name}/{entry.name}"
         if entry.name in TEXTS:
             found[entry.name] = source.texts(place)
+        elif entry.name == "correction":  # only of fits that were corrected
+            found[entry.name] = source.text(place) or ""
         elif entry.name in TEXT:
             found[entry.name] = source.text(place)
         elif entry.name != "name":

@@ -13,7 +13,7 @@ from .layout import FIT
 from .units import unit_of
 
 _TEXTS = ("parameters", "verdict", "reason")
-_TEXT = ("variant", "software_version")
+_TEXT = ("variant", "software_version", "correction")
 _UNITS = {
     "values": "see parameter_units",
     "std": "see parameter_units",
@@ -34,7 +34,8 @@ def write_fit(h5: h5py.File, fit: FitTable) -> None:
         if entry.name in _TEXTS:
             put_texts(made, entry.name, value)
         elif entry.name in _TEXT:
-            put(made, entry.name, value)
+            if value or entry.name != "correction":
+                put(made, entry.name, value)
         elif entry.name != "name":
             put(made, entry.name, np.asarray(value, np.float64), units=_UNITS[entry.name])
     put_texts(made, "parameter_units", (unit_of(name) for name in fit.parameters))

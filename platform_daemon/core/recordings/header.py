@@ -85,7 +85,8 @@ class FitTable:
 
     name: of the group under `/fit`, e.g. "d30"; parameters: (k,) names with units in them, as in `fit --json`;
     values and std: (frame, k), std NaN where a parameter was fixed; covariance: (frame, k, k); r2, nrmse, chi2_per_dof,
-    window_s: (frame,); verdict ("good", "refused" or "blank") and reason: one per frame.  Rows that are not good are
+    window_s: (frame,); correction: how one angle was corrected for an adopted manufacturing error, as JSON, or "";
+    verdict ("good", "refused" or "blank") and reason: one per frame.  Rows that are not good are
     NaN.
     """
 
@@ -102,3 +103,4 @@ class FitTable:
     reason: tuple[str, ...]
     variant: str = ""
     software_version: str = ""
+    correction: str = ""

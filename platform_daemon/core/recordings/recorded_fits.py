@@ -41,6 +41,7 @@ def read_fit(recording: Recording, name: str) -> FitTable:
             reason=_texts(source, f"{where}/reason", recording.frames),
             variant=source.text(f"{where}/variant") or "",
             software_version=source.text(f"{where}/software_version") or "",
+            correction=source.text(f"{where}/correction") or "",
             **numbers,
         )
 

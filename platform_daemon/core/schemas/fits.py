@@ -46,6 +46,27 @@ class NoiseReport(Schema):
     """Computing time that it took, s, which is not in that of the fits."""
 
 
+class CorrectionReport(Schema):
+    """By which table a fit of one angle was corrected for an adopted manufacturing error, and how far that can be off.
+
+    Numbers by public name, SI; turn_u_rad, turn_v_rad, turn_w_rad: of the orientation about its own axes, rad.
+    """
+
+    model: str
+    """NAME@VERSION of the adopted model."""
+    table_sha256: str
+    """SHA-256 of the table's file, which its model, resonator and sequence tell again."""
+    error: dict[str, float]
+    """Root mean square error against the rotor of five degrees of freedom, of rotors that were drawn and held out;
+    part of `std`."""
+    worst: dict[str, float]
+    """The largest of these."""
+    held: dict[str, float]
+    """Standard deviation that comes from what the adopted model holds; part of `std`."""
+    left_share: float
+    """Largest root mean square, over that of the signal, of what a correction leaves of such a rotor without noise."""
+
+
 class FrameFit(Schema):
     """The fit of one frame, or why it was refused."""
 
@@ -90,6 +111,8 @@ class FrameFit(Schema):
     """Where the noise was measured."""
     derived: Absent[FrameQuantities | NoResult] = None
     """Derived quantities, if they were requested; empty if the frame is not good."""
+    correction: Absent[CorrectionReport] = None
+    """Of an on-line fit with an adopted manufacturing error: one angle, corrected; missing: not corrected."""
 
     @property
     def good(self) -> bool:

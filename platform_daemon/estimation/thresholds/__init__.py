@@ -10,6 +10,7 @@ noise: The measurement of noise.
 least_squares: Start values, minimisation and passes over samples.
 physics: The computed motion.
 rigid_rotor: The rotor of five degrees of freedom.
+rotor_correction: The correction of one-angle fits for a manufacturing error.
 goodness_of_fit: The judgement of a fit.
 applications: Calibration, harmonic estimator and Cramer-Rao bound.
 tuned: How a tuned number is declared.
@@ -27,6 +28,7 @@ from .least_squares import LeastSquaresThresholds, StartValueThresholds
 from .noise import NoiseThresholds
 from .physics import PhysicsThresholds
 from .rigid_rotor import RigidRotorThresholds
+from .rotor_correction import RotorCorrectionThresholds
 from .screening import ScreeningThresholds
 
 
@@ -40,6 +42,7 @@ class Thresholds:
     least_squares: LeastSquaresThresholds = field(default_factory=LeastSquaresThresholds)
     physics: PhysicsThresholds = field(default_factory=PhysicsThresholds)
     rigid_rotor: RigidRotorThresholds = field(default_factory=RigidRotorThresholds)
+    rotor_correction: RotorCorrectionThresholds = field(default_factory=RotorCorrectionThresholds)
     goodness_of_fit: GoodnessOfFitThresholds = field(default_factory=GoodnessOfFitThresholds)
     calibration: CalibrationThresholds = field(default_factory=CalibrationThresholds)
     harmonic_estimator: HarmonicEstimatorThresholds = field(default_factory=HarmonicEstimatorThresholds)

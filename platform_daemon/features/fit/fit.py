@@ -24,10 +24,13 @@ from platform_daemon.core.schemas.fits import (
 from platform_daemon.estimation.calibration.uncertainty import systematic_std
 from platform_daemon.estimation.calibration.validity import ShotConditions, out_of_validity
 from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.noise.series import SeriesNoise
 from platform_daemon.estimation.one_angle_error import with_one_angle_error
+from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.estimation.result import FitResult
+from platform_daemon.estimation.screening.windows import Window
 from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.resolve import notes_of
 
@@ -41,6 +44,7 @@ from .measurement import Measurement, VoltageMeasurement
 from .rotor_context import rotor_context
 from .series.summary import summary
 
+Fitter = Callable[[RingDownRecord, Window, NoiseModel | None], FitResult]
 FittedFrame = tuple[FrameFit, PlatformError | None]
 """A frame's fit; with the error of one that could not be read."""
 
@@ -64,12 +68,14 @@ def fit_signal(
     calibration: ReceiveCalibration | None = None,
     taken: ShotConditions | None = None,
     refine: Refinement = unchanged,
+    fitter: Fitter | None = None,
 ) -> FitResult:
     """Fit a frame; refused if its raw volts are clipped, whatever the calibration mixes.
 
     noise: of the series that the frame belongs to; None: the frame's own.  taken: under which conditions, for the
-    warnings about a calibration that does not hold for them.  refine: what is made of the fit of one angle.  What the
-    calibration's uncertainty does is in `systematic_std`.
+    warnings about a calibration that does not hold for them.  refine: what is made of the fit of one angle; fitter:
+    fits in the place of `fit_ring_down`, None: it does.  What the calibration's uncertainty does is
+    in `systematic_std`.
     """
     try:
         signal.refuse_nothing()
@@ -77,8 +83,11 @@ def fit_signal(
     except RefusedError as refused:
         return FitResult.refused(refused)
     of_shot = (noise or SeriesNoise()).for_shot(signal.record)
-    held = {"fixed": ask.fixed, "hold_if_inseparable": ask.hold_if_inseparable}
-    fit = fit_ring_down(signal.record, ask.ring_down_model, ask.window, noise=of_shot.model, **held)
+    if fitter is None:
+        held = {"fixed": ask.fixed, "hold_if_inseparable": ask.hold_if_inseparable}
+        fit = fit_ring_down(signal.record, ask.ring_down_model, ask.window, noise=of_shot.model, **held)
+    else:
+        fit = fitter(signal.record, ask.window, of_shot.model)
     fit = refine(signal.record, of_shot.model, fit)
     notes = (*fit.notes, *signal.notes, *([of_shot.note] if of_shot.note else []))
     fit = replace(fit, notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)

@@ -77,14 +77,14 @@ def _refined(
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             fit = fit_rotor([shot], None, pool, held=held)
             if error.covariance is not None:
-                fit = with_errors_of_held(fit, *_covariance(error.covariance), pool)
+                fit = with_errors_of_held(fit, *covariance_of_adopted(error.covariance), pool)
     except RotorFitError as failed:
         return FitResult("refused", reason=f"rotor: {failed} ({error.id} {error.strength:.4g} is held)")
     found = _result(start, fit, error)
     return replace(found, notes=(*found.notes, *known.assumed), seconds=start.seconds + time.perf_counter() - began)
 
 
-def _covariance(known: Covariance) -> tuple[tuple[str, ...], Array]:
+def covariance_of_adopted(known: Covariance) -> tuple[tuple[str, ...], Array]:
     """Names and matrix; in models of before one damping of the side modes stands for both."""
     names, matrix = tuple(known.parameters), np.array(known.matrix)
     if "side_damping_per_s" in names and "lean_damping_per_s" not in names:

@@ -11,25 +11,36 @@ import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from drivers.errors import RecordingError
 from platform_daemon.core.recordings.header import FitTable
 from platform_daemon.core.recordings.reader import open_recording
 from platform_daemon.core.schemas.base import Window
-from platform_daemon.core.schemas.fits import FitReport, FrameFit, unfitted
+from platform_daemon.core.schemas.fits import CorrectionReport, FitReport, FrameFit, unfitted
 from platform_daemon.core.schemas.harmonics import ShotHarmonics
 
 if TYPE_CHECKING:
     from drivers.calibration import ReceiveCalibration
+    from platform_daemon.core.recordings.recording import Recording
+    from platform_daemon.estimation.noise.model import NoiseModel
+    from platform_daemon.estimation.record import RingDownRecord
+    from platform_daemon.estimation.result import FitResult
     from platform_daemon.features.models.resolve import ModelChoice
+
+    from .fit_request import FitRequest
 
 
 @dataclass(frozen=True)
 class NamedModel:
-    """A model by its label, for a process that must not load what it is made of; library: folder of adopted models."""
+    """A model by its label, for a process that must not load what it is made of.
+
+    library: folder of adopted models; of_rotor: it holds a manufacturing error, so that fits are corrected for it.
+    """
 
     label: str
     library: Path | None = None
+    of_rotor: bool = False
 
     def choice(self) -> ModelChoice:
         """The model.  Raises InputError if it is not there any more."""
@@ -49,9 +60,9 @@ def checked_model(label: str, library: Path | None) -> NamedModel:
     from platform_daemon.features.models.resolve import checked_variant, label_of
 
     found = NamedModel(label, library).choice()
-    if not isinstance(found, str):
-        found.refuse_rotor()
-    return NamedModel(checked_variant(found) if isinstance(found, str) else label_of(found), library)
+    if isinstance(found, str):
+        return NamedModel(checked_variant(found), library)
+    return NamedModel(label_of(found), library, of_rotor=found.rotor is not None)
 
 
 @dataclass(frozen=True)
@@ -90,8 +101,9 @@ class OnlineFit:
         from platform_daemon.estimation.noise.series import SeriesNoise
         from platform_daemon.features.models.adopted_model import AdoptedModel
 
+        from .calibrated import calibrated_signal, reason_of
         from .drive_hint import with_drive_hint
-        from .fit import fit_frame, frame_report
+        from .fit import fit_signal, frame_report
         from .fit_request import FitRequest
         from .harmonics import shot_harmonics
         from .known_weight import recorded_weight_over_pull
@@ -112,8 +124,35 @@ class OnlineFit:
         weight = recorded_weight_over_pull(recording)
         ask = FitRequest(choice, self.window, moment_am2=self.moment_am2, weight_over_pull=weight)
         taken = ShotConditions(self.temperature_c, self.calibration.lna_gain)
-        fit = with_drive_hint(fit_frame(rx, rate_hz, calibration, ask, noise, taken), recording, 0)
-        return ShotFit(pickle.dumps(noise), seen, frame_report(0, fit))
+        signal = calibrated_signal(rx, rate_hz, calibration)
+        if not ask.of_rotor:
+            fit = with_drive_hint(fit_signal(signal, ask, noise, calibration, taken), recording, 0)
+            return ShotFit(pickle.dumps(noise), seen, frame_report(0, fit))
+        try:
+            frame = self._corrected(recording, ask, (signal, noise, calibration, taken))
+        except RecordingError as error:
+            frame = unfitted(0, reason_of(error))
+        return ShotFit(pickle.dumps(noise), seen, frame)
+
+    def _corrected(self, recording: Recording, ask: FitRequest, given: tuple[Any, ...]) -> FrameFit:
+        """The fit of one angle, corrected for a manufacturing error.  Raises RecordingError, StorageError."""
+        from .corrected import corrections_of
+        from .drive_hint import with_drive_hint
+        from .fit import fit_signal, frame_report
+
+        signal, noise, calibration, taken = given
+        assert self.model.library is not None  # where the model came from
+        corrections = corrections_of(recording, ask, signal.record.valid_from, self.model.library)
+        reports: list[CorrectionReport | None] = []
+
+        def fitter(record: RingDownRecord, window: Window, of_shot: NoiseModel | None) -> FitResult:
+            fit, report = corrections.fit(record, window, of_shot)
+            reports.append(report)
+            return fit
+
+        fit = fit_signal(signal, ask.one_angle, noise, calibration, taken, fitter=fitter)
+        frame = frame_report(0, with_drive_hint(fit, recording, 0))
+        return frame.model_copy(update={"correction": reports[0]}) if frame.good and reports else frame
 
 
 @dataclass(frozen=True)

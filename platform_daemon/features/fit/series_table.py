@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from platform_daemon import __version__
 from platform_daemon.core.recordings.header import FitTable
 from platform_daemon.core.recordings.recorded_fits import read_fit
+from platform_daemon.core.schemas.base import to_json
 from platform_daemon.core.schemas.fits import Covariance, FrameFit, ParameterEstimate, unfitted
 from platform_daemon.core.schemas.parameters import names_in_order
 
@@ -47,7 +48,14 @@ def fit_table(name: str, variant: str, fits: Sequence[FrameFit]) -> FitTable:
         reason=tuple(fit.reason or "" for fit in fits),
         variant=variant,
         software_version=__version__,
+        correction=_corrections(fits),
     )
+
+
+def _corrections(fits: Sequence[FrameFit]) -> str:
+    """The tables that corrected fits were made with, each once, as a JSON list; "" where none was."""
+    found = dict.fromkeys(to_json(fit.correction) for fit in fits if fit.correction is not None)
+    return f"[{', '.join(found)}]" if found else ""
 
 
 def recorded_fits(measurement: Measurement, ask: FitRequest) -> tuple[FrameFit, ...] | None:
@@ -61,8 +69,8 @@ def recorded_fits(measurement: Measurement, ask: FitRequest) -> tuple[FrameFit, 
     if ask.fixed or ask.hold_if_inseparable or str(ask.window) not in measurement.recording.fits:
         return None
     table = read_fit(measurement.recording, str(ask.window))
-    if (table.variant, table.software_version) != (ask.label, __version__):
-        return None
+    if (table.variant, table.software_version) != (ask.label, __version__) or table.correction:
+        return None  # a fit of the whole rotor tells more than one that was corrected on-line
     fits = tuple(_frame(table, row) for row in range(measurement.frames))
     return None if any(fit.good and fit.covariance is None for fit in fits) else fits
 

@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from platform_daemon.core.recordings.reader import open_recording
+from platform_daemon.core.recordings.recorded_fits import read_fit
 from platform_daemon.core.recordings.truth import read_truth
 from tests.kit.command_line import run
 
@@ -50,6 +52,21 @@ def test_the_imperfect_threads_error_has_a_name_its_parameters_are_true_and_fits
         for name in ("f_nat_hz", "m_r_am2", "lambda_per_s"):
             one = frame["parameters"][name]
             assert abs(one["value"] - truth[name]) < 3.5 * one["std"], (window, name)
+    series, online = tmp_path / "series.h5", tmp_path / "series.json"
+    made = run(
+        "measure", "--resonator", "thread_imperfect", "--field-ut", "240", "--rx-s", "2", "--shots", "2",
+        "--pause-s", "20", "--variant", "tilted", "--out", series, "--json", online, *models, timeout=600,
+    )  # fmt: skip
+    assert made.returncode == 0, made.stderr
+    assert read_fit(open_recording(series), "d30").correction.startswith('[{"model": "tilted@1"')
+    for fit, true in zip(json.loads(online.read_text())["fit"]["frames"], read_truth(series), strict=True):
+        assert fit["verdict"] == "good", fit["reason"]
+        assert fit["correction"]["model"] == "tilted@1"
+        for name in ("f_nat_hz", "m_r_am2", "lambda_per_s"):
+            one = fit["parameters"][name]
+            assert abs(one["value"] - true["simulated"][name]) < 3.5 * one["std"], name
+            assert one["std"] > fit["correction"]["error"][name] > 0.0
+
     k = frame["covariance"]["parameters"].index("m_r_am2")
     assert frame["covariance"]["matrix"][k][k] == pytest.approx(frame["parameters"]["m_r_am2"]["std"] ** 2)
     refused = run("slide", shot, "--variant", "tilted", *models)

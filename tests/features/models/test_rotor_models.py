@@ -8,7 +8,7 @@ from platform_daemon.features.diagnose.adoption import AdoptionRefused, model_fr
 from platform_daemon.features.fit.fit import fit_frame_of
 from platform_daemon.features.fit.fit_request import FitRequest, check_fixed
 from platform_daemon.features.fit.measurement import VoltageMeasurement
-from platform_daemon.features.fit.online import checked_model
+from platform_daemon.features.fit.online import OnlineFit, checked_model
 from platform_daemon.features.models.library import Library
 from platform_daemon.features.models.resolve import model_of, notes_of
 from tests.kit.data import DATA
@@ -44,12 +44,24 @@ def test_a_manufacturing_error_is_kept_with_what_belongs_to_it_and_its_digest_de
 
 def test_what_takes_one_angle_refuses_it_with_a_remedy(library):
     made = tilted(library)
-    for use in (lambda: model_of(made), lambda: checked_model("tilted", library.folder)):
-        with pytest.raises(InputError, match="cannot be used here") as refused:
-            use()
-        assert "stator_tilt" in refused.value.why
-        assert "fit --variant tilted@1" in refused.value.remedy
+    with pytest.raises(InputError, match="cannot be used here") as refused:
+        model_of(made)
+    assert "stator_tilt" in refused.value.why
+    assert "fit --variant tilted@1" in refused.value.remedy
     assert model_of(made.one_angle).losses == ("lambda_per_s",)
+
+
+def test_a_series_takes_it_and_a_shot_without_a_known_drive_says_what_to_do(library):
+    tilted(library)
+    model = checked_model("tilted", library.folder)
+    assert (model.label, model.of_rotor) == ("tilted@1", True)
+    file = DATA / "example_thread.mmr.h5"
+    calibration = open_recording(file).calibration
+    found = OnlineFit(file, calibration, model, 0.2, None, None, blank=False, noise=None)(lambda done, what: None)
+    assert found.frame.verdict == "refused"
+    assert "tilted@1 cannot be used on-line" in found.frame.reason
+    assert "fit the recording: platform-daemon fit --variant tilted@1" in found.frame.reason
+    assert not (library.folder / "corrections").exists()
 
 
 def test_a_number_that_is_missing_in_the_diagnosis_is_named(library):

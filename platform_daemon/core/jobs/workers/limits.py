@@ -16,7 +16,7 @@ from .bounds import Bounds
 # space is more than what is held, by the threads' stacks and arenas.
 _OF_NO_KIND_OF_JOB: Mapping[str, Bounds] = {
     "preview": Bounds(4_000, 60.0),
-    "series-fit": Bounds(4_000, 120.0),
+    "series-fit": Bounds(4_000, 600.0),
     "planning": Bounds(4_000, 60.0),
 }
 _LIMIT = re.compile(r"(?P<kind>[a-z-]+):(?P<number>[0-9]+(\.[0-9]+)?)(?P<unit>MB|s)")

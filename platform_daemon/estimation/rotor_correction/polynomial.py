@@ -1,0 +1,71 @@
+"""Polynomials of several variables in a box, by least squares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.thresholds import THRESHOLDS
+
+LIMITS = THRESHOLDS.rotor_correction
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """Where variables lie: low and high, (k,); bent: number of the one that needs higher powers than the others."""
+
+    low: Array
+    high: Array
+    bent: int
+
+    @classmethod
+    def around(cls, places: Array, bent: int) -> Box:
+        """The smallest box that holds places (m, k)."""
+        return cls(places.min(axis=0), places.max(axis=0), bent)
+
+    def inside(self, place: Array) -> Array:
+        """A place (k,) in the box, from -1 to 1 in each variable."""
+        return np.asarray(2.0 * (place - self.low) / (self.high - self.low) - 1.0)
+
+    def terms(self, places: Array) -> Array:
+        """All products of two variables, and powers of the bent one, also times another: (m, k) -> (m, terms)."""
+        u = self.inside(places)
+        k, bent = u.shape[1], u[:, self.bent]
+        found = [np.ones(len(u)), *u.T, *(u[:, i] * u[:, j] for i, j in combinations_with_replacement(range(k), 2))]
+        found += [bent**power for power in range(3, LIMITS.most_power + 1)]
+        others = [u[:, i] for i in range(k) if i != self.bent]
+        found += [bent**power * other for power in range(2, LIMITS.most_mixed_power + 1) for other in others]
+        return np.array(found).T
+
+
+@dataclass(frozen=True, eq=False)
+class Polynomial:
+    """Of a place in a box; coefficients: (terms, ...)."""
+
+    box: Box
+    coefficients: Array
+
+    @classmethod
+    def fitted(cls, box: Box, places: Array, values: Array, weights: Array | None = None) -> Polynomial:
+        """To values (m, ...) at places (m, k); weights: (m,)."""
+        terms, flat = box.terms(places), values.reshape(len(values), -1)
+        if weights is not None:
+            terms, flat = terms * weights[:, None], flat * weights[:, None]
+        tiny = LIMITS.ridge * len(terms) * np.eye(terms.shape[1])
+        found = np.linalg.solve(terms.T @ terms + tiny, terms.T @ flat)
+        return cls(box, np.asarray(found.reshape(-1, *values.shape[1:]), dtype=np.float64))
+
+    def at(self, place: Array) -> Array:
+        """Its values (...) at one place (k,)."""
+        return np.asarray(np.tensordot(self.box.terms(place[None])[0], self.coefficients, 1))
+
+    def slope(self, place: Array) -> Array:
+        """Its derivatives (..., k) at one place (k,), by central differences."""
+        steps = LIMITS.difference_share * (self.box.high - self.box.low) * np.eye(len(place))
+        terms = self.box.terms(np.concatenate([place + steps, place - steps]))
+        values = np.tensordot(terms, self.coefficients, 1)
+        rise = (values[: len(place)] - values[len(place) :]).T
+        return np.asarray(rise / (2.0 * np.diag(steps)))
