@@ -98,7 +98,7 @@ class LinearisedShot:
         """A copy that does not know how the course of a friction follows, which takes most of its memory."""
         if self.linearisation.process is None:
             return self
-        return replace(self, linearisation=replace(self.linearisation, process=None))
+        return replace(self, linearisation=self.linearisation.without_process())
 
     def own_covariance(self) -> Array:
         """Of the declared parameters at fixed common strengths, (p, p); 0 for those held."""

@@ -80,6 +80,12 @@ class Linearisation:
         kept.__dict__["whitened"] = self.whitened
         return kept
 
+    def without_process(self) -> Linearisation:
+        """A copy without the noise of a course, of which only `whitened` still knows."""
+        kept = replace(self, process=None)
+        kept.__dict__["whitened"] = self.whitened
+        return kept
+
     @property
     def time_s(self) -> Array:
         """(m,)."""
