@@ -129,5 +129,6 @@ def _notes(friction: FluctuatingFriction, named: tuple[AcceptedEffect, ...]) -> 
         f"another one in each of the {count} shots, as no law of angle, speed or time is",
         "what the friction does in the next shot cannot be predicted: errors of all parameters, and of the prediction, "
         "count it as noise",
+        "N50 is compared with the whole window after the diagnosis, each with courses of the friction of its own",
     ]
     return lines + list(dict.fromkeys(n.candidate.effect.absorbed for n in named if n.candidate.effect.absorbed))
