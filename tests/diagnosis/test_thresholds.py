@@ -11,7 +11,9 @@ from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from tests.kit.data import ROOT
 
 PACKAGE = ROOT / "platform_daemon/diagnosis"
-SOURCES_OF_NUMBERS = (PACKAGE / "thresholds.py", PACKAGE / "rotor_thresholds.py")
+SOURCES_OF_NUMBERS = tuple(
+    PACKAGE / name for name in ("thresholds.py", "rotor_thresholds.py", "fluctuation_thresholds.py")
+)
 OTHERS = sorted(set(PACKAGE.rglob("*.py")) - {*SOURCES_OF_NUMBERS})
 
 PLAIN_FLOATS = {0.0, 0.5, 1.0, 2.0, 1e-300}  # factors of formulas, and the guard against a division by 0
@@ -21,6 +23,8 @@ PROGRESS = "shares of the progress that is shown"
 ALLOWED = {
     "diagnose.py": ([0.1, 0.7, 0.8, 0.9], PROGRESS),
     "findings/rotor_findings.py": ([100.0], "percent"),
+    "fluctuation/process.py": ([4.0], "the differences of a second derivative"),
+    "fluctuation_diagnosis.py": ([100.0], "percent"),
     "findings/random_walk.py": ([1e-14, 1e-9, 0.25, 10.0], "tolerances and brackets of a root; a decade"),
     "findings/verdict.py": ([4.0, 100.0, 100.0, 100.0], "the bracket of a root; per cent"),
     "regression/torque_response.py": ([3.0, 3.0], "the weights of the Runge-Kutta method"),

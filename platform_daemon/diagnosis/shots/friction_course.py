@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.models import RingDownModel
@@ -56,7 +57,9 @@ class ProcessNoise:
         rotated = known @ vectors
         along = z[..., kept] @ rotated
         part = 1.0 - 1.0 / np.sqrt(1.0 + squares)
-        inside = np.divide(part, squares, out=0.5 * np.ones_like(part), where=squares > 1e-6)
+        inside = np.divide(
+            part, squares, out=0.5 * np.ones_like(part), where=squares > THRESHOLDS.fluctuation.seen_square
+        )
         first = z[..., kept] - (along * inside) @ rotated.T
         left = other @ vectors / np.sqrt(1.0 + squares)
         expected = (along / np.sqrt(1.0 + squares)) @ left.T

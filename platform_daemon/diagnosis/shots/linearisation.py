@@ -218,6 +218,8 @@ def basis_at(prepared: PreparedShot, model: RingDownModel, state: FitState, obse
     found = prepared.bases.get(key)
     if found is None:
         found = _basis(prepared, model, state, observable)
+        if len(model.coefficients) > _LIMITS.kept_coefficients:
+            return found
         found.flags.writeable = False
         while len(prepared.bases) >= _LIMITS.kept_bases:
             prepared.bases.pop(next(iter(prepared.bases)), None)

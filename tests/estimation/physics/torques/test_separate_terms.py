@@ -33,8 +33,8 @@ def compiled(phi, v, sigma, codes, widths, c, grad):
 
 
 @numba.njit
-def compiled_timed(phi, v, u, codes, widths, c, grad):
-    return timed_acceleration(phi, v, u, codes, widths, c, grad)
+def compiled_timed(phi, v, u, sigma, codes, widths, c, grad):
+    return timed_acceleration(phi, v, u, sigma, codes, widths, c, grad)
 
 
 @pytest.fixture(autouse=True)
@@ -76,9 +76,9 @@ def test_plain_python_and_compiled_code_give_the_same(separate, inlined):
     """The dispatch in both forms: the address is called, or the function found by it."""
     model = model_named(f"thread+{separate}")
     c = np.array([q.typical for q in model.coefficients])
-    for plain, fast, moment in ((acceleration, compiled, 1.0), (timed_acceleration, compiled_timed, 37.0)):
+    for plain, fast, moment in ((acceleration, compiled, (1.0,)), (timed_acceleration, compiled_timed, (37.0, 1.0))):
         grads = np.zeros((2, c.size + 1))
-        args = (0.3, 0.2, moment, model.codes, model.widths, c)
+        args = (0.3, 0.2, *moment, model.codes, model.widths, c)
         assert fast(*args, grads[1]) == pytest.approx(plain(*args, grads[0]), rel=1e-14)
         assert grads[1] == pytest.approx(grads[0], rel=1e-14)
 

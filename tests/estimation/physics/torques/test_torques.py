@@ -93,11 +93,11 @@ def test_the_dispatch_finds_a_term_by_its_number(term, sigma):
     c, grad = coefficients_of(term), np.full(len(term.coefficients) + 1, np.nan)
     phi, v = -0.7, 0.4 * sigma
     if term.timed:
-        found = timed_acceleration(phi, v, U, model.codes, model.widths, c, grad)
+        found = timed_acceleration(phi, v, U, sigma, model.codes, model.widths, c, grad)
         assert acceleration(phi, v, sigma, model.codes, model.widths, c, grad.copy()) == (0.0, 0.0, 0.0)
     else:
         found = (*acceleration(phi, v, sigma, model.codes, model.widths, c, grad), 0.0)
-        assert timed_acceleration(phi, v, U, model.codes, model.widths, c, grad.copy()) == (0.0, 0.0, 0.0, 0.0)
+        assert timed_acceleration(phi, v, U, sigma, model.codes, model.widths, c, grad.copy()) == (0.0, 0.0, 0.0, 0.0)
     expected = call(term, phi, v, U, sigma, c)
     assert found == pytest.approx(expected[:4], rel=1e-14)
     assert grad[: c.size] == pytest.approx(expected[4], rel=1e-14)
@@ -108,7 +108,7 @@ def test_the_dispatch_adds_terms_and_keeps_their_coefficients_apart():
     c = np.array([q.typical for q in model.coefficients])
     grad = np.zeros(c.size + 1)
     total = acceleration(0.4, 0.7, 1.0, model.codes, model.widths, c, grad)[0]
-    total += timed_acceleration(0.4, 0.7, U, model.codes, model.widths, c, grad)[0]
+    total += timed_acceleration(0.4, 0.7, U, 1.0, model.codes, model.widths, c, grad)[0]
     alone = [call(t, 0.4, 0.7, U, 1.0, coefficients_of(t)) for t in model.terms]
     assert total == pytest.approx(sum(a[0] for a in alone), rel=1e-13)
     assert grad[:-1] == pytest.approx(np.concatenate([a[4] for a in alone]), rel=1e-13)
