@@ -10,7 +10,7 @@ PAGES := page
 # Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: paper-wound reproduce-kills coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study defect-study perfect-rotors angle-study clean off-centre
+.PHONY: paper-wound paper-loop reproduce-kills coverage-campaign coverage-study client-kills evidence site notebooks night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels page-packages demo demo-emulated test test-long test-page page-bench test-real-time check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study defect-study perfect-rotors angle-study clean off-centre
 
 install: $(STAMP)
 
@@ -106,6 +106,10 @@ peers: install .venv/.peers
 # `make paper-wound WOUND='--variant jewel --only "channel_gain of u"'` is a short one.
 paper-wound: install
 	$(BIN)/python -m tests.campaigns.paper_wound $(WOUND)
+
+# Are drawn effects named, and do the paper's two windows agree afterwards?  `make paper-loop LOOP='--variant thread --count 5'`
+paper-loop: install
+	$(BIN)/python -m tests.campaigns.paper_loop $(LOOP)
 
 # The paper's campaign killed in each of its parts and resumed, three minutes of processor time; `make reproduce-kills KILLED='--shots 10'` is a longer one.
 reproduce-kills: install

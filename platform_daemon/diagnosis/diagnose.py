@@ -28,7 +28,7 @@ from .findings.rotor_findings import (
 from .findings.shot_strengths import strengths_by_shot
 from .findings.side_modes import with_side_modes
 from .findings.verdict import assess_diagnosis
-from .fluctuation_diagnosis import of_fluctuation
+from .fluctuation_diagnosis import may_fluctuate, of_fluctuation
 from .regression.cross_validation import CrossValidation
 from .regression.joint_fit import JointFit
 from .regression.parameters import Mean, means, widened, window_disagreement
@@ -138,7 +138,10 @@ def _diagnose(
         raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
     if len(swings) > len(prepared):
         plane = plane_test(prepared)
-    by_friction = None if gaps else of_fluctuation(declared_fit(prepared, model, pool), pool)
+    by_friction = None
+    if not gaps and may_fluctuate(prepared, model):
+        progress("a friction that may fluctuate", 0.15)
+        by_friction = of_fluctuation(declared_fit(prepared, model, pool), pool)
     if by_friction is not None:
         return replace(
             by_friction,

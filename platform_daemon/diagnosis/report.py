@@ -33,6 +33,7 @@ from platform_daemon.diagnosis.report_schema import (
 )
 from platform_daemon.diagnosis.selection.significance import chance
 from platform_daemon.diagnosis.selection.stepwise import CandidateTest
+from platform_daemon.diagnosis.shots.friction_course import course_of
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 
@@ -85,10 +86,13 @@ def diagnosis_report(
 
 
 def _left_over(found: Diagnosis) -> UnexplainedRest:
-    """Beside the named effects; of a rigid rotor the excess of chi^2 over that of noise."""
-    if found.rotor is None:
+    """Beside the named effects; of a rigid rotor, or beside a friction's course, the excess of chi^2 over noise."""
+    if found.rotor is not None:
+        chi2, dof = sum(found.rotor.fit.chi2), float(sum(found.rotor.fit.dof))
+    elif any(course_of(state) is not None for state in found.final.states):
+        chi2, dof = found.final.chi2, found.final.dof
+    else:
         return UnexplainedRest(gain=found.found.omnibus_test.excess, p_value=found.found.omnibus_test.p_value)
-    chi2, dof = sum(found.rotor.fit.chi2), sum(found.rotor.fit.dof)
     return UnexplainedRest(gain=max(chi2 - dof, 0.0), p_value=float(norm.sf((chi2 - dof) / math.sqrt(2.0 * dof))))
 
 

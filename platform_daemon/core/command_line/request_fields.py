@@ -231,6 +231,10 @@ REQUEST_FIELDS: dict[str, dict[str, RequestField]] = {
             default=6,
             limits=Limits(low=1, high=100),
         ),
+        "predicted_by": RequestField(
+            kind=str,
+            help="Adopted model with a manufacturing error, NAME or NAME@VERSION, whose threshold is told beside the measured one; default: none is predicted.",
+        ),
     },
     "TuneRequest": {
         "weak_field_t": RequestField(

@@ -11,5 +11,5 @@ FRICTION_FLUCTUATION = Effect(
     separates=(),
     signature="the losses change within a ring-down, and otherwise in every shot",
     source="roughness of the contact, particles in it",
-    absorbed="of a friction that fluctuates, T_f/I is the mean over the ring-downs, as far as they are long enough",
+    absorbed="of a friction that fluctuates, T_f/I is the mean, which long or many ring-downs tell better",
 )

@@ -2,14 +2,14 @@
 
 With the strengths of all effects held, Gauss-Newton minimises |r(theta, x)|^2 + c |L^-1 x|^2 over the shot's own
 parameters theta and the knots x of the course: r is the residual in units of the noise, L L^T the covariance of x by
-the random process, and c the present chi^2 per degree of freedom, at least 1.  c keeps the course from following what
-something else is missing for: as long as the residual is c times the noise, it says c times less.
+the random process, and c the present chi^2 per degree of freedom, at least 1.  While the residual
+is c times the noise, what the course gains counts c times less: it must not follow what other effects would explain.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -39,6 +39,7 @@ class CourseFit:
         base: (rows, p) columns of the free declared parameters; knots: (rows, k) of the course; both orthogonal to the
             shot's own additive effects. free: bool, which parameters these are.
         residual: (rows,), likewise.
+        settled: the fit has come to a minimum.
     """
 
     state: CourseState
@@ -46,6 +47,7 @@ class CourseFit:
     knots: Array
     free: np.ndarray
     residual: Array
+    settled: bool = False
 
     @property
     def chi2(self) -> float:
@@ -114,7 +116,7 @@ def fit_course(
         excess = max(1.0, here.chi2 / dof)
         step, predicted = _step(here, inside * np.sqrt(excess))
         if predicted < _LIMITS.settled_chi2 * excess:
-            break
+            return replace(here, settled=True)
         before, fraction = cost(here), 1.0
         while fraction > _LIMITS.smallest_fraction:
             try:

@@ -28,6 +28,11 @@ class FrictionProcess:
     share: float
     tau_s: float
 
+    def near(self, other: FrictionProcess) -> bool:
+        """True if size and correlation time hardly differ."""
+        shares, times = math.log(self.share / other.share), math.log(self.tau_s / other.tau_s)
+        return max(abs(shares), abs(times)) < _LIMITS.settled_log
+
     def root(self, time_s: Array, friction: float) -> Array:
         """Lower triangle L (k, k), with L L^T the covariance of knots at these times, in units of friction^2."""
         correlation = np.exp(-np.abs(time_s[:, None] - time_s[None]) / self.tau_s)

@@ -12,7 +12,6 @@ shots must be less likely than a course for each of them.  One shot alone does n
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -85,7 +84,7 @@ def _found(base: JointFit, place: int, candidates: Sequence[Candidate], pool: Ex
         fits = _linearised(at, pool)
         likeliest, friction, information = _process(fits, place, before.process)
         states = _with_process(fits, likeliest.process, friction)
-        if abs(math.log(likeliest.process.share / before.process.share)) < _LIMITS.settled_log_share:
+        if likeliest.process.near(before.process):
             break
     law = likeliest_process([CourseInformation.of_one_course(information)], likeliest.process)
     noise = at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
@@ -106,7 +105,7 @@ def _first_courses(base: JointFit, place: int, beside: Sequence[Candidate], pool
     step_s = longest_s / (knots - 1)
     times: Array = step_s * np.arange(knots, dtype=np.float64)
     root = _first_process(base).root(times, _mean_friction(base.states, place))
-    nothing = FrictionCourse(step_s=step_s, values=np.zeros(knots), root=root)
+    nothing = FrictionCourse.none_of(base.hypothesis.model, step_s, root)
 
     def one(shot: PreparedShot, state: FitState) -> CourseFit:
         begin = CourseState(state.dynamics, state.observation, state.offsets, nothing)
@@ -157,7 +156,7 @@ def _apart(base: JointFit, candidates: Sequence[Candidate]) -> list[Candidate]:
     offered = [c for c in candidates if c.change is not None and c.size == 1 and c.columns is not None]
     full = linearise_signal(shot, base.hypothesis.augmented, base.full_state(0))
     columns = np.stack([shot.white(c.columns(full))[0] for c in offered if c.columns is not None])
-    columns /= np.linalg.norm(columns, axis=1, keepdims=True)
+    columns /= np.maximum(np.linalg.norm(columns, axis=1, keepdims=True), 1e-300)
     columns = linear.without_own(columns.T).T
     found: list[Candidate] = []
     while len(found) < len(offered):

@@ -13,7 +13,7 @@ from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
-from platform_daemon.estimation.screening.windows import N50_SECONDS
+from platform_daemon.estimation.screening.windows import select_window
 
 from .course_fit import CourseFit, fit_course
 
@@ -21,35 +21,43 @@ _LIMITS = THRESHOLDS.regression
 
 
 def window_disagreement_of_courses(at: JointFit, pool: Executor) -> dict[str, float]:
-    """|mean of N50 - whole window| over its standard error, by parameter, with the strengths of effects held.
+    """|mean of N50 - D30| over its standard error, by parameter, with the strengths of effects held.
 
-    at: with courses.  The whole window ends where 12 % of the amplitude are left, beyond D30.  Empty where a window
-    cannot be fitted.
+    at: with courses.  Empty where no shot can be fitted in both windows.
     """
     pairs = [p for p in pool.map(lambda k: _both(at, k), range(len(at.prepared))) if p is not None]
     if not pairs:
         return {}
-    names, short, long = _names(at), np.array([a for a, _ in pairs]), np.array([b for _, b in pairs])
+    short, long = np.array([a for a, _ in pairs]), np.array([b for _, b in pairs])
     differences = short[:, 0] - long[:, 0]
     count = len(pairs)
     if count >= _LIMITS.paired_shots:
         error = differences.std(axis=0, ddof=1) / math.sqrt(count)
     else:
         error = np.sqrt(np.maximum(np.sum(short[:, 1] ** 2 - long[:, 1] ** 2, axis=0), 1e-300)) / count
-    return dict(zip(names, np.abs(differences.mean(axis=0)) / error, strict=True))
+    fitted = np.all(short[:, 1] > 0.0, axis=0)  # not what the model holds
+    sigma = np.abs(differences.mean(axis=0)) / np.where(error > 0.0, error, np.inf)
+    return {name: float(x) for name, x, free in zip(_names(at), sigma, fitted, strict=True) if free}
 
 
 def _both(at: JointFit, k: int) -> tuple[Array, Array] | None:
-    """Values and standard deviations (2, parameters) over N50 and over the whole window."""
+    """Values and standard deviations (2, parameters) over N50 and D30; None where a fit does not settle."""
     shot, state = at.prepared[k], at.states[k]
     assert isinstance(state, CourseState)
-    rows = np.tile(shot.time_s < N50_SECONDS, shot.shot.record.channels)
-    try:
-        short = fit_course(shot, at.hypothesis, state, at.strengths, rows=rows)
-        long = fit_course(shot, at.hypothesis, state, at.strengths)
-    except LostTrajectoryError:
-        return None
-    return _values(at, short), _values(at, long)
+    found = []
+    for window in ("n50", "d30"):
+        chosen = select_window(
+            shot.shot.record, window, state.dynamics.w / (2.0 * math.pi), np.asarray(shot.shot.noise.sd)
+        )
+        inside = shot.time_s < chosen.last * shot.shot.record.dt_s
+        try:
+            fit = fit_course(shot, at.hypothesis, state, at.strengths, rows=np.tile(inside, shot.shot.record.channels))
+        except (LostTrajectoryError, np.linalg.LinAlgError):
+            return None
+        if not fit.settled:
+            return None
+        found.append(_values(at, fit))
+    return found[0], found[1]
 
 
 def _names(at: JointFit) -> list[str]:

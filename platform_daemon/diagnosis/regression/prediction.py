@@ -61,7 +61,7 @@ def _whole(prepared: PreparedShot, hypothesis: Hypothesis, state: FitState, stre
     full, model = hypothesis.extended(state, strengths), hypothesis.augmented
     course = course_of(state)
     if course is not None:
-        full, model = course.extended(model, full), course.model(model, frozen=True)
+        full, model = course.extended(full), course.model(model, frozen=True)
     every = _every_sample(prepared)
     basis = basis_at(every, model, full)
     return Linearisation.of_basis(every, full, basis)

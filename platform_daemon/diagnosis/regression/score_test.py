@@ -16,6 +16,7 @@ from scipy.stats import chi2 as chi2_distribution
 
 from platform_daemon.diagnosis.effects.effect import Candidate
 from platform_daemon.diagnosis.effects.torque import SPRINGS
+from platform_daemon.diagnosis.shots.friction_course import course_of
 from platform_daemon.diagnosis.shots.linearisation import Linearisation, linearise_signal
 from platform_daemon.diagnosis.shots.shot import PreparedShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
@@ -154,7 +155,7 @@ def _torque_columns(
 ) -> dict[object, Array]:
     """Columns of the torque candidates by their keys, each (1, rows)."""
     torques = [c for c in candidates if c.term is not None]
-    courses = [c for c in torques if c.f_nat_course is not None and _f_nat_is_free(hypothesis)]
+    courses = [c for c in torques if c.f_nat_course is not None and _f_nat_is_free(hypothesis, at, k)]
     # Each value of a hidden scale needs its own linearisation, and so does each torque that depends on time.
     alone = [c for c in torques if c not in courses and (c.hidden or (c.term is not None and c.term.timed))]
     found: dict[object, Array] = {}
@@ -172,8 +173,10 @@ def _torque_columns(
     return found
 
 
-def _f_nat_is_free(hypothesis: Hypothesis) -> bool:
-    """True where the derivative by f_nat gives the response to its course: no other spring depends on it."""
+def _f_nat_is_free(hypothesis: Hypothesis, at: JointFit, k: int) -> bool:
+    """True where the derivative by f_nat gives the response to its course: nothing else depends on it, or on time."""
+    if course_of(at.states[k]) is not None:
+        return False
     terms = hypothesis.augmented.terms
     return not hypothesis.augmented.time_dependent and not SPRINGS & {t.name for t in terms}
 

@@ -86,12 +86,24 @@ class FrictionCourse:
     Attributes:
         step_s: time between two knots; the first one is at the first RX sample.
         values: (knots,) rad/s^2.
+        hertz, weight: the friction's law of the angle, which is that of the declared model whatever effects there are
+            beside it: (cos(phi) + weight)^(4/3) of a Hertz contact, or constant.
         root: (knots, knots) lower triangle L; L L^T is their covariance by the random process, (rad/s^2)^2.
     """
 
     step_s: float
     values: Array
     root: Array
+    hertz: bool
+    weight: float
+
+    @classmethod
+    def none_of(cls, model: RingDownModel, step_s: float, root: Array) -> FrictionCourse:
+        """A constant friction of a declared model, with as many knots as the root has rows."""
+        known = model.parameters.get("weight_over_pull")
+        weight = known.fixed if known is not None and known.fixed is not None else 0.0
+        hertz = COULOMB_FRICTION not in model.terms
+        return cls(step_s=step_s, values=np.zeros(root.shape[0]), root=root, hertz=hertz, weight=weight)
 
     @property
     def time_s(self) -> Array:
@@ -102,12 +114,9 @@ class FrictionCourse:
         """The model with this course; its coefficients come after those of the model.  frozen: no derivatives by it."""
         return model.with_terms(f"{model.name}+friction_course", friction_course_term(self.values.size, frozen=frozen))
 
-    def extended(self, model: RingDownModel, state: FitState) -> FitState:
-        """A state of the model as one of `model` with this course."""
-        hertz = 0.0 if COULOMB_FRICTION in model.terms else 1.0
-        known = model.parameters.get("weight_over_pull")
-        weight = known.fixed if known is not None and known.fixed is not None else 0.0
-        values = (*state.dynamics.values, self.step_s, hertz, weight, *self.values.tolist())
+    def extended(self, state: FitState) -> FitState:
+        """A state of a model as one of this model with the course."""
+        values = (*state.dynamics.values, self.step_s, float(self.hertz), self.weight, *self.values.tolist())
         return replace(state, dynamics=replace(state.dynamics, values=values))
 
     def places(self, model: RingDownModel) -> tuple[slice, slice]:

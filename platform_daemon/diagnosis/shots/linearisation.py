@@ -186,7 +186,7 @@ def linearise_signal(prepared: PreparedShot, model: RingDownModel, state: FitSta
     _check(prepared, state)
     seen, traced, course = state, model, course_of(state)
     if course is not None:
-        seen, traced = course.extended(model, state), course.model(model)
+        seen, traced = course.extended(state), course.model(model)
     basis = basis_at(prepared, traced, seen)
     if not np.abs(basis).max() < _LIMITS.largest_sensitivity:
         raise LostTrajectoryError("the motion answers without bounds to its parameters")

@@ -77,6 +77,9 @@ class RingDownModel:
         names = [c.name for c in self.coefficients]
         if len(set(self.terms)) < len(self.terms) or len(set(names)) < len(names):
             raise ValueError(f"model {self.name!r} contains a torque term twice")
+        frozen = [term.frozen for term in self.terms]
+        if frozen != sorted(frozen) or any(term.frozen and not term.timed for term in self.terms):
+            raise ValueError(f"model {self.name!r} has a frozen term that is not timed, or not the last one")
         unlisted = [term.name for term in self.terms if not is_listed(term)]
         if unlisted:
             raise ValueError(f"model {self.name!r} has a torque term that is not listed: {unlisted[0]!r}")

@@ -32,6 +32,7 @@ RAMP = offers(
     "acquisition.sequence.rx_s",
     "acquisition.sequence.pause_s",
     "acquisition.beyond_side_modes",
+    "predicted_by",
     "acquisition.sample",
     "acquisition.operator",
     changes={

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 
 from platform_daemon.core.jobs.run_task import run_task_with_retry
 from platform_daemon.core.jobs.workers.task_executor import TaskExecutor
+from platform_daemon.features.fit.online import NamedModel
+
+from .schema import RampPrediction
 
 if TYPE_CHECKING:
     from .recorded import RecordedSideModes
@@ -42,6 +45,22 @@ class LookAt:
         return self.known.of(self.shots)
 
 
+@dataclass(frozen=True)
+class Predict:
+    """The threshold by a model, from a shot of the ramp.  A task of the task executor."""
+
+    known: RecordedSideModes
+    model: NamedModel
+    shot: Path
+    main_hz: float | None
+    lowest_t: float
+    highest_t: float
+
+    def __call__(self, tell: Callable[[float, str], None]) -> RampPrediction:
+        """Raises RecordingError."""
+        return self.known.predicted(self.model, self.shot, self.main_hz, self.lowest_t, self.highest_t)
+
+
 class ComputedSideModes:
     """See SideModes."""
 
@@ -55,6 +74,17 @@ class ComputedSideModes:
 
     def of(self, shots: Sequence[Path]) -> list[ZResidual]:
         """See SideModes.  Raises ValueError before `learn`."""
+        return run_task_with_retry(self._executor, "procedure", LookAt(self._noise, tuple(shots)))
+
+    def predicted(
+        self, model: NamedModel, shot: Path, main_hz: float | None, lowest_t: float, highest_t: float
+    ) -> RampPrediction:
+        """See SideModes.  Raises ValueError before `learn`."""
+        task = Predict(self._noise, model, shot, main_hz, lowest_t, highest_t)
+        return run_task_with_retry(self._executor, "procedure", task)
+
+    @property
+    def _noise(self) -> RecordedSideModes:
         if self._known is None:
             raise ValueError("the noise is not known yet")
-        return run_task_with_retry(self._executor, "procedure", LookAt(self._known, tuple(shots)))
+        return self._known

@@ -9,7 +9,10 @@ from drivers.errors import RecordingError
 from platform_daemon.core.recordings.reader import open_recording
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.features.fit.measurement import VoltageMeasurement
+from platform_daemon.features.fit.online import NamedModel
+from platform_daemon.features.models.adopted_model import AdoptedModel
 
+from .schema import RampPrediction
 from .z_residual import ZNoise, ZResidual, z_residual
 
 
@@ -32,6 +35,18 @@ class RecordedSideModes:
         if self._noise is None:
             raise ValueError("the noise is not known yet")
         return [z_residual(samples, self._noise) for samples, _ in map(_window, shots)]
+
+    def predicted(
+        self, model: NamedModel, shot: Path, main_hz: float | None, lowest_t: float, highest_t: float
+    ) -> RampPrediction:
+        """See predicted_threshold.  Raises RecordingError; ValueError before `learn`."""
+        from .predicted import predicted_threshold  # here, because the rotor's equations are loaded with it
+
+        if self._noise is None:
+            raise ValueError("the noise is not known yet")
+        chosen = model.choice()
+        assert isinstance(chosen, AdoptedModel)
+        return predicted_threshold(chosen, shot, self._noise, main_hz, lowest_t, highest_t)
 
 
 def _window(path: Path) -> tuple[Array, float]:

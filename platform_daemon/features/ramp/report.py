@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from platform_daemon.core.reporting.figures import AFTER, BEFORE, new_figure, save_figure
 from platform_daemon.core.reporting.tables import Column, tables_text
 
-from .schema import RAMP_ENDS, RampOutcome
+from .schema import RAMP_ENDS, RampOutcome, RampPrediction
 
 
 def ramp_text(found: RampOutcome) -> str:
@@ -37,12 +37,21 @@ def _said(found: RampOutcome) -> list[str]:
     lines = ", ".join(f"{x.frequency_hz:.1f} Hz ({x.near}, {x.size_am2_per_s:.3f} A m²/s)" for x in found.lines)
     return [
         said,
+        *([] if found.predicted is None else [_predicted(found.predicted)]),
         *([] if found.operating_field_t is None else [f"work at {1e6 * found.operating_field_t:.4g} uT"]),
         *([f"in z at the highest field: {lines}"] if lines else []),
         *(["the drive saturates: the deflection hardly grows with the field"] if found.drive_saturated else []),
         f"chance of a false stop {found.false_stop_rate:g}, of a step above the threshold {found.overdose_rate:g} each",
         *([] if found.specimen_file is None else [f"kept with the specimen: {found.specimen_file}"]),
     ]
+
+
+def _predicted(found: RampPrediction) -> str:
+    if found.why is not None:
+        return f"{found.model} predicts no threshold: {found.why}"
+    if found.threshold_t is None:
+        return f"{found.model} predicts none up to {1e6 * (found.highest_field_t or 0.0):.4g} uT"
+    return f"{found.model} predicts {1e6 * found.threshold_t:.4g} uT"
 
 
 def _no_threshold(found: RampOutcome) -> str:

@@ -66,6 +66,10 @@ class RampRequest(ProcedureRequest):
     most_shots: Annotated[int, Field(ge=1, le=100)] = 6
     """Shots at one field at most, where it is in doubt."""
 
+    predicted_by: Annotated[str | None, Field(min_length=1, max_length=100)] = None
+    """Adopted model with a manufacturing error, NAME or NAME@VERSION, whose threshold is told beside the measured
+    one; null: none is predicted."""
+
     @model_validator(mode="after")
     def _rises(self) -> RampRequest:
         check_rises(self.start_t, self.max_t)
@@ -133,6 +137,20 @@ class RampLine(Schema):
     """The multiple of the main mode that it lies at, within 3 %; else a side mode's own."""
 
 
+class RampPrediction(Schema):
+    """The threshold by an adopted manufacturing error."""
+
+    model: str
+    """Label of the model."""
+    threshold_t: float | None
+    """Lowest field at which the z residual of its rotor passes the visible level, T, or the lowest that was computed;
+    null: none up to `highest_field_t`, or it could not be predicted."""
+    highest_field_t: Absent[float] = None
+    """Highest field that was computed, T; missing: none was."""
+    why: Absent[str] = None
+    """Why it could not be predicted."""
+
+
 class RampOutcome(Outcome):
     """What a ramp has found so far."""
 
@@ -165,6 +183,8 @@ class RampOutcome(Outcome):
     of earlier versions."""
     next_field: Absent[RampNextField] = None
     """Where it goes next; missing: it has ended, or will."""
+    predicted: Absent[RampPrediction] = None
+    """The threshold by the model of `predicted_by`; missing before the end, and without such a model."""
     lines: tuple[RampLine, ...]
     """What the z residual is made of at the highest field."""
     lines_hz: tuple[float, ...]

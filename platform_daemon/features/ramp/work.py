@@ -19,6 +19,7 @@ from drivers.specimen import Specimen
 from platform_daemon.core.schemas.requests import AcquisitionRequest, SequencePatch
 from platform_daemon.core.schemas.sweep_axis import MOST_STEPS
 from platform_daemon.core.schemas.value_sources import PROCEDURE, Origin
+from platform_daemon.features.fit.online import NamedModel, checked_model
 from platform_daemon.features.procedures.bench import ProcedureBench
 from platform_daemon.features.procedures.conductor import ProcedureWork
 from platform_daemon.features.procedures.procedure import ShotFiles, Step, StepSequence
@@ -33,6 +34,7 @@ from .schema import (
     RampLine,
     RampNextField,
     RampOutcome,
+    RampPrediction,
     RampRequest,
     RampStep,
     RampThreshold,
@@ -64,6 +66,11 @@ class SideModes(Protocol):
     def of(self, shots: Sequence[Path]) -> list[ZResidual]:
         """What recorded shots show out of the plane.  Raises RecordingError."""
 
+    def predicted(
+        self, model: NamedModel, shot: Path, main_hz: float | None, lowest_t: float, highest_t: float
+    ) -> RampPrediction:
+        """The threshold by a model with a manufacturing error.  Raises RecordingError."""
+
 
 @dataclass(frozen=True)
 class RampBasis:
@@ -75,6 +82,7 @@ class RampBasis:
             that.
         period_s: of listening and pause in the preset, which lets the rotor rest.
         check: whether a step can be made; raises SequenceRejected outside the safety envelope.
+        model: with a manufacturing error, whose threshold is predicted; None: no one's.
     """
 
     sequence: SequenceRequest
@@ -82,6 +90,7 @@ class RampBasis:
     bound: RampBound
     period_s: float
     check: Callable[[AcquisitionRequest], object]
+    model: NamedModel | None = None
 
 
 class Ramp:
@@ -127,6 +136,9 @@ class Ramp:
         self._angles: dict[float, list[float]] = {}
         self._main_hz: float | None = None
         self._ended = False
+        self._model = basis.model
+        self._shot: Path | None = None
+        self._prediction: RampPrediction | None = None
 
     @property
     def title(self) -> str:
@@ -220,8 +232,19 @@ class Ramp:
                     remedy="remove what the reason names, then ramp again",
                 )
         self._ended = True
+        self._prediction = self._predicted()
         saturated = "; the drive is saturated: a higher field hardly swings it further" if self._saturated() else ""
         return self._state.why_ended() + (saturated if self._state.threshold_t() is None else "")
+
+    def _predicted(self) -> RampPrediction | None:
+        """What the model tells of the threshold, or why it tells nothing: a ramp that has ended is not lost for it."""
+        fields = sorted(f for f, shots in self._state.seen.items() if shots)
+        if self._model is None or self._shot is None or not fields:
+            return None
+        try:
+            return self._looks.predicted(self._model, self._shot, self._main_hz, fields[0], fields[-1])
+        except (PlatformError, ValueError) as error:
+            return RampPrediction(model=self._model.label, threshold_t=None, why=str(error))
 
     def conclude(self, job: str, result: ProcedureResult) -> None:
         """See Procedure.  Keeps what was found with the specimen."""
@@ -240,7 +263,9 @@ class Ramp:
         if blank and not self._known:
             self._looks.learn(blank)
             self._known = True
-        self._unseen += [self._files.file(frame) for frame in report.frames if self._files.usable(frame)]
+        usable = [self._files.file(frame) for frame in report.frames if self._files.usable(frame)]
+        self._unseen += usable
+        self._shot = usable[-1] if usable else self._shot
         if self._known:
             self._state.see(field_t, self._looks.of(self._unseen))
             self._unseen = []
@@ -272,6 +297,7 @@ class Ramp:
             steps=tuple(self._told(f) for f in fields),
             threshold_chances=self._chances(),
             next_field=self._next(),
+            predicted=self._prediction,
             lines=lines,
             lines_hz=tuple(line.frequency_hz for line in lines),
             overshoot_t=0.0 if threshold is None else max(0.0, highest - threshold.value),
@@ -335,9 +361,23 @@ def ramp_of(bench: ProcedureBench, request: RampRequest) -> Ramp:
         bound=bound,
         period_s=preset.rx_s + preset.pause_s,
         check=bench.plan_series,
+        model=None if request.predicted_by is None else _with_error(request.predicted_by, bench.engine.models),
     )
     keep = _keep(bench, acquisition.resonator, planned.specimen)
     return Ramp(request, basis, keep, ComputedSideModes(bench.engine.computing))
+
+
+def _with_error(label: str, models: Path | None) -> NamedModel:
+    """An adopted model with a manufacturing error.  Raises InputError."""
+    found = checked_model(label, models)
+    if not found.of_rotor:
+        raise InputError(
+            f"{found.label} holds no manufacturing error",
+            where="predicted_by",
+            why="only such an error predicts side modes",
+            remedy="name a model that was adopted from a diagnosis with one (platform-daemon models)",
+        )
+    return found
 
 
 def _keep(bench: ProcedureBench, name: str, specimen: Specimen) -> Keep:

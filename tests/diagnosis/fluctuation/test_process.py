@@ -1,10 +1,16 @@
 """A random process as noise against dense matrices, and the likeliest process of courses that are drawn."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from platform_daemon.diagnosis.fluctuation.process import CourseInformation, FrictionProcess, likeliest_process
-from platform_daemon.diagnosis.shots.friction_course import ProcessNoise
+from platform_daemon.diagnosis.shots.friction_course import CourseState, FrictionCourse, ProcessNoise
+from platform_daemon.estimation.physics.models import JEWEL, model_named
+from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters, Trajectory
 
 TIMES = np.linspace(0.0, 1.5, 60)
 FRICTION = 1200.0
@@ -86,3 +92,17 @@ def test_one_course_for_all_shots_is_likelier_only_where_it_is_one(common):
     apart = likeliest_process(shots, start).log_likelihood
     alike = likeliest_process([CourseInformation.of_one_course(shots)], start).log_likelihood
     assert (alike > apart) is common
+
+
+def test_the_course_keeps_the_law_of_the_declared_model_beside_other_frictions():
+    course = FrictionCourse.none_of(JEWEL, 0.02, np.eye(5))
+    assert course.hertz
+    assert not FrictionCourse.none_of(model_named("jewel_constant_friction"), 0.02, np.eye(5)).hertz
+    wider = JEWEL.with_terms("jewel+coulomb_friction", TERMS["coulomb_friction"])
+    motion = MotionParameters(w=1340.0, theta=0.0, amplitude=0.9, values=(0.1, 1300.0, 0.0))
+    state = CourseState(motion, None, np.zeros(3), replace(course, values=np.full(5, 100.0)))
+    beside = course.model(wider), state.course.extended(state)
+    alone = replace(state, dynamics=replace(motion, values=motion.values[:2]))
+    for_one = course.model(JEWEL), alone.course.extended(alone)
+    found = [Trajectory(m, s.dynamics, 0.1).basis(0, 900, 1e-4, STATE)[0] for m, s in (beside, for_one)]
+    assert found[0] == pytest.approx(found[1], abs=1e-12)
