@@ -361,14 +361,16 @@ def ramp_of(bench: ProcedureBench, request: RampRequest) -> Ramp:
         bound=bound,
         period_s=preset.rx_s + preset.pause_s,
         check=bench.plan_series,
-        model=None if request.predicted_by is None else _with_error(request.predicted_by, bench.engine.models),
+        model=None
+        if request.predicted_by is None
+        else _with_error(request.predicted_by, bench.engine.models, planned.specimen.variant),
     )
     keep = _keep(bench, acquisition.resonator, planned.specimen)
     return Ramp(request, basis, keep, ComputedSideModes(bench.engine.computing))
 
 
-def _with_error(label: str, models: Path | None) -> NamedModel:
-    """An adopted model with a manufacturing error.  Raises InputError."""
+def _with_error(label: str, models: Path | None, variant: str) -> NamedModel:
+    """An adopted model with a manufacturing error, of a resonator with this variant.  Raises InputError."""
     found = checked_model(label, models)
     if not found.of_rotor:
         raise InputError(
@@ -376,6 +378,15 @@ def _with_error(label: str, models: Path | None) -> NamedModel:
             where="predicted_by",
             why="only such an error predicts side modes",
             remedy="name a model that was adopted from a diagnosis with one (platform-daemon models)",
+        )
+    model = found.choice()
+    assert not isinstance(model, str)
+    if not model.base.startswith(variant):
+        raise InputError(
+            f"{found.label} was adopted from a {model.base}",
+            where="predicted_by",
+            why=f"the resonator is a {variant}",
+            remedy="name a model of this resonator",
         )
     return found
 

@@ -11,12 +11,15 @@ from platform_daemon.core.schemas.jobs import JobState
 from platform_daemon.core.schemas.requests import AcquisitionRequest
 from platform_daemon.core.settings import read_toml
 from platform_daemon.features.acquire.series_plan import plan_series
+from platform_daemon.features.diagnose.adoption import model_from_diagnosis
+from platform_daemon.features.models.library import Library
 from platform_daemon.features.procedures.bench import ProcedureBench
 from platform_daemon.features.procedures.conductor import ProcedureFiles
 from platform_daemon.features.procedures.planned import plan_procedure
 from platform_daemon.features.ramp.report import ramp_text
 from platform_daemon.features.ramp.schema import RampRequest
 from platform_daemon.features.ramp.work import NeverRings
+from tests.kit.diagnosis_json import diagnosed, effect
 
 
 def work(engine, folder, resonator="thread_imperfect", sequence=None, **keys):
@@ -59,6 +62,46 @@ def test_a_ramp_ends_near_the_threshold_of_the_world_and_keeps_it_with_the_speci
     plan_series(engine, AcquisitionRequest.model_validate(above | {"beyond_side_modes": True}))
     with pytest.raises(InputError, match="above the limit"):
         work(engine, tmp_path, str(kept), max_t=400e-6)
+
+
+TILT = effect(
+    "stator_tilt", 8.68e-4, "rad", distance_m=4.4552e-3, side_damping_per_s=21.75, lean_damping_per_s=21.63,
+    damping_axis_to_thread=0.2068, creep_m_per_s=0.0, creep_spin_rad_per_s=0.0, creep_law=0.0, contact_coupling=1.0,
+    friction_coefficient=0.0,
+)  # fmt: skip
+"""As a diagnosis of thread_imperfect at 240 uT finds it."""
+
+
+def adopted(folder, *effects):
+    library = Library(folder)
+    said = diagnosed(*effects, f_nat_hz=215.586, m_r_am2=11.0085e-3, lambda_per_s=0.24617)
+    return library.add(model_from_diagnosis(said, "tilted", "me", library, recordings=[])).label
+
+
+@pytest.mark.long
+def test_the_threshold_that_a_tilt_predicts_stands_beside_the_measured_one(engine_with, tmp_path):
+    label = adopted(tmp_path / "models", TILT)
+    engine = engine_with(models=tmp_path / "models")
+    job = done(engine, work(engine, tmp_path, start_t=240e-6, max_t=320e-6, predicted_by=label))
+    assert job.state is JobState.DONE, job.error
+    found = job.result.outcome
+    assert found.predicted.model == label
+    assert found.predicted.why is None
+    assert found.predicted.threshold_t == pytest.approx(270e-6, rel=0.05)
+    assert found.threshold_t.value == pytest.approx(270e-6, abs=20e-6)
+    assert f"{label} predicts" in ramp_text(found)
+
+
+def test_a_threshold_is_predicted_by_an_error_of_the_same_bearing_only(engine_with, tmp_path):
+    tilted = adopted(tmp_path / "models", TILT)
+    dry = adopted(tmp_path / "models", effect("coulomb_friction", 1.0, "rad/s^2"))
+    engine = engine_with(models=tmp_path / "models")
+    with pytest.raises(InputError, match="adopted from a thread"):
+        work(engine, tmp_path, "jewel_imperfect", predicted_by=tilted)
+    with pytest.raises(InputError, match="holds no manufacturing error"):
+        work(engine, tmp_path, predicted_by=dry)
+    with pytest.raises(InputError, match="no variant 'nobody'"):
+        work(engine, tmp_path, predicted_by="nobody")
 
 
 @pytest.mark.long
