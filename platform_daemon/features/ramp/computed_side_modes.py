@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drivers.errors import InputError
 from platform_daemon.core.jobs.run_task import run_task_with_retry
 from platform_daemon.core.jobs.workers.task_executor import TaskExecutor
-from platform_daemon.features.fit.online import NamedModel
-
-from .schema import RampPrediction
+from platform_daemon.features.fit.online import NamedModel, checked_model
 
 if TYPE_CHECKING:
+    from .predicted import PredictedThreshold
     from .recorded import RecordedSideModes
     from .z_residual import ZResidual
 
@@ -56,7 +56,7 @@ class Predict:
     lowest_t: float
     highest_t: float
 
-    def __call__(self, tell: Callable[[float, str], None]) -> RampPrediction:
+    def __call__(self, tell: Callable[[float, str], None]) -> PredictedThreshold:
         """Raises RecordingError."""
         return self.known.predicted(self.model, self.shot, self.main_hz, self.lowest_t, self.highest_t)
 
@@ -78,7 +78,7 @@ class ComputedSideModes:
 
     def predicted(
         self, model: NamedModel, shot: Path, main_hz: float | None, lowest_t: float, highest_t: float
-    ) -> RampPrediction:
+    ) -> PredictedThreshold:
         """See SideModes.  Raises ValueError before `learn`."""
         task = Predict(self._noise, model, shot, main_hz, lowest_t, highest_t)
         return run_task_with_retry(self._executor, "procedure", task)
@@ -88,3 +88,25 @@ class ComputedSideModes:
         if self._known is None:
             raise ValueError("the noise is not known yet")
         return self._known
+
+
+def model_with_error(label: str, models: Path | None, variant: str) -> NamedModel:
+    """An adopted model with a manufacturing error, of a resonator with this variant.  Raises InputError."""
+    found = checked_model(label, models)
+    if not found.of_rotor:
+        raise InputError(
+            f"{found.label} holds no manufacturing error",
+            where="predicted_by",
+            why="only such an error predicts side modes",
+            remedy="name a model that was adopted from a diagnosis with one (platform-daemon models)",
+        )
+    model = found.choice()
+    assert not isinstance(model, str)
+    if not model.base.startswith(variant):
+        raise InputError(
+            f"{found.label} was adopted from a {model.base}",
+            where="predicted_by",
+            why=f"the resonator is a {variant}",
+            remedy="name a model of this resonator",
+        )
+    return found

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,16 +28,23 @@ from platform_daemon.features.fit.measurement import VoltageMeasurement
 from platform_daemon.features.fit.rotor_context import rotor_context
 from platform_daemon.features.models.adopted_model import AdoptedModel
 
-from .schema import RampPrediction
 from .z_residual import VISIBLE_AM2_PER_S, ZNoise, z_residual
 
 _FIELDS = 16  # at which the motion is computed, then as many again around the threshold
 _BELOW, _BEYOND = 0.3, 1.5  # times the lowest and the highest field of the ramp, between which it is sought
 
 
+@dataclass(frozen=True)
+class PredictedThreshold:
+    """field_t: T, None: none up to highest_t, the highest field that was computed, T."""
+
+    field_t: float | None
+    highest_t: float
+
+
 def predicted_threshold(
     model: AdoptedModel, shot: Path, noise: ZNoise, main_hz: float | None, lowest_t: float, highest_t: float
-) -> RampPrediction:
+) -> PredictedThreshold:
     """The field at which the z residual of the model's rotor passes the visible level.
 
     The rotor begins at rest, is driven as in the shot with another field, and its z residual is found as that of
@@ -86,7 +93,7 @@ def predicted_threshold(
         below, above = _bracket(np.geomspace(_BELOW * lowest_t, most_t, _FIELDS), pool, residual)
         if above is not None and below is not None:
             below, above = _bracket(np.linspace(below, above, _FIELDS), pool, residual)
-    return RampPrediction(model=model.label, threshold_t=above, highest_field_t=most_t)
+    return PredictedThreshold(above, most_t)
 
 
 def _at(main_hz: float | None, model: AdoptedModel, rotor: RotorValues) -> RotorValues:

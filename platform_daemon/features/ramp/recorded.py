@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from drivers.errors import RecordingError
 from platform_daemon.core.recordings.reader import open_recording
@@ -12,7 +13,9 @@ from platform_daemon.features.fit.measurement import VoltageMeasurement
 from platform_daemon.features.fit.online import NamedModel
 from platform_daemon.features.models.adopted_model import AdoptedModel
 
-from .schema import RampPrediction
+if TYPE_CHECKING:
+    from .predicted import PredictedThreshold
+
 from .z_residual import ZNoise, ZResidual, z_residual
 
 
@@ -38,7 +41,7 @@ class RecordedSideModes:
 
     def predicted(
         self, model: NamedModel, shot: Path, main_hz: float | None, lowest_t: float, highest_t: float
-    ) -> RampPrediction:
+    ) -> PredictedThreshold:
         """See predicted_threshold.  Raises RecordingError; ValueError before `learn`."""
         from .predicted import predicted_threshold  # here, because the rotor's equations are loaded with it
 

@@ -19,14 +19,14 @@ from drivers.specimen import Specimen
 from platform_daemon.core.schemas.requests import AcquisitionRequest, SequencePatch
 from platform_daemon.core.schemas.sweep_axis import MOST_STEPS
 from platform_daemon.core.schemas.value_sources import PROCEDURE, Origin
-from platform_daemon.features.fit.online import NamedModel, checked_model
+from platform_daemon.features.fit.online import NamedModel
 from platform_daemon.features.procedures.bench import ProcedureBench
 from platform_daemon.features.procedures.conductor import ProcedureWork
 from platform_daemon.features.procedures.procedure import ShotFiles, Step, StepSequence
 from platform_daemon.features.procedures.schema import ProcedureResult, StepReport, SweptValue
 from sequences.request import SequenceRequest
 
-from .computed_side_modes import ComputedSideModes
+from .computed_side_modes import ComputedSideModes, model_with_error
 from .resonator_limits import Keep, save_to_catalogue, save_with_recording
 from .schema import (
     RampBound,
@@ -68,7 +68,7 @@ class SideModes(Protocol):
 
     def predicted(
         self, model: NamedModel, shot: Path, main_hz: float | None, lowest_t: float, highest_t: float
-    ) -> RampPrediction:
+    ) -> PredictedThreshold:
         """The threshold by a model with a manufacturing error.  Raises RecordingError."""
 
 
@@ -241,10 +241,12 @@ class Ramp:
         fields = sorted(f for f, shots in self._state.seen.items() if shots)
         if self._model is None or self._shot is None or not fields:
             return None
+        label = self._model.label
         try:
-            return self._looks.predicted(self._model, self._shot, self._main_hz, fields[0], fields[-1])
+            found = self._looks.predicted(self._model, self._shot, self._main_hz, fields[0], fields[-1])
         except (PlatformError, ValueError) as error:
-            return RampPrediction(model=self._model.label, threshold_t=None, why=str(error))
+            return RampPrediction(model=label, threshold_t=None, why=str(error))
+        return RampPrediction(model=label, threshold_t=found.field_t, highest_field_t=found.highest_t)
 
     def conclude(self, job: str, result: ProcedureResult) -> None:
         """See Procedure.  Keeps what was found with the specimen."""
@@ -363,32 +365,10 @@ def ramp_of(bench: ProcedureBench, request: RampRequest) -> Ramp:
         check=bench.plan_series,
         model=None
         if request.predicted_by is None
-        else _with_error(request.predicted_by, bench.engine.models, planned.specimen.variant),
+        else model_with_error(request.predicted_by, bench.engine.models, planned.specimen.variant),
     )
     keep = _keep(bench, acquisition.resonator, planned.specimen)
     return Ramp(request, basis, keep, ComputedSideModes(bench.engine.computing))
-
-
-def _with_error(label: str, models: Path | None, variant: str) -> NamedModel:
-    """An adopted model with a manufacturing error, of a resonator with this variant.  Raises InputError."""
-    found = checked_model(label, models)
-    if not found.of_rotor:
-        raise InputError(
-            f"{found.label} holds no manufacturing error",
-            where="predicted_by",
-            why="only such an error predicts side modes",
-            remedy="name a model that was adopted from a diagnosis with one (platform-daemon models)",
-        )
-    model = found.choice()
-    assert not isinstance(model, str)
-    if not model.base.startswith(variant):
-        raise InputError(
-            f"{found.label} was adopted from a {model.base}",
-            where="predicted_by",
-            why=f"the resonator is a {variant}",
-            remedy="name a model of this resonator",
-        )
-    return found
 
 
 def _keep(bench: ProcedureBench, name: str, specimen: Specimen) -> Keep:
