@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .predicted import PredictedThreshold
     from .z_residual import SideLine, ZResidual
 
 from bisect import bisect_left
