@@ -87,7 +87,8 @@ class Effects:
     least_exponent: float = 2.0  # least power of the deflection of a spring [unset]
     greatest_exponent: float = 9.0  # greatest; beyond, it is a stop at the largest amplitude [unset]
     first_settling: float = 4.0  # time constants per window at which the search of a settling f_nat begins [A]
-    # the same of a second search: from the first one the way to a quick settling leads over worse fits [unset]
+    # the same of a second search: from the first one the way to a quick settling leads over worse fits;
+    # one specimen, thread_published, showed it [unset]
     fast_settling: float = 16.0
     slowest_settling: float = 1.0  # fewest time constants per window of a settling f_nat [A]
     fastest_settling: float = 40.0  # most time constants per window of a settling f_nat [A]

@@ -2,8 +2,8 @@
 
 With the strengths of all effects held, Gauss-Newton minimises |r(theta, x)|^2 + c |L^-1 x|^2 over the shot's own
 parameters theta and the knots x of the course: r is the residual in units of the noise, L L^T the covariance of x by
-the random process, and c the present chi^2 per degree of freedom, at least 1.  While the residual
-is c times the noise, what the course gains counts c times less: it must not follow what other effects would explain.
+the random process, and c the present chi^2 per degree of freedom, at least 1.  While the residual is c times the noise,
+what the course gains counts c times less: it must not follow what other effects would explain.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Is what an effect-free fit leaves over a friction that fluctuates along each ring-down, and what is there beside it?
+"""Does the friction fluctuate along each ring-down, and which effects are there beside it?
 
 1. Courses of the friction are fitted while every receiver effect may have a size of its own in every shot, so that the
    courses need not stand in for an effect of the receiver.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -51,7 +51,7 @@ def predicted_threshold(
     a measured shot, against the noise of the ramp.
 
     Args:
-        model: with a manufacturing error.
+        model: with a manufacturing error, of the shot's bearing.
         shot: of the ramp, calibrated.
         noise: of its blank shots.
         main_hz: f_nat by the ramp's fits of one angle; the temperature has moved the rotor's since its diagnosis by the
@@ -68,11 +68,6 @@ def predicted_threshold(
         raise RecordingError("no threshold can be predicted", where=str(shot), why=why, remedy="measure with a sine")
     record = VoltageMeasurement.of(recording).signal(0).record
     first, drive, geometry = record.valid_from, known.drive, known.geometry
-    if not model.base.startswith(geometry.bearing):
-        why = f"{model.label} was adopted from a {model.base}, and this resonator has a {geometry.bearing}"
-        raise RecordingError(
-            "no threshold can be predicted", where="predicted_by", why=why, remedy="name its own model"
-        )
     rotor, size_t = _at(main_hz, model, reference_rotor(model, known, specimen)), float(np.linalg.norm(drive.field_t))
 
     def driven(field_t: float) -> CoilDrive:
@@ -106,7 +101,9 @@ def _at(main_hz: float | None, model: AdoptedModel, rotor: RotorValues) -> Rotor
     return rotor.with_numbers({"f_nat_hz": share * rotor.f_nat_hz, "m_r_am2": share * rotor.m_r_am2})
 
 
-def _bracket(fields_t: Array, pool: ThreadPoolExecutor, residual) -> tuple[float | None, float | None]:  # type: ignore[no-untyped-def]
+def _bracket(
+    fields_t: Array, pool: ThreadPoolExecutor, residual: Callable[[float], float]
+) -> tuple[float | None, float | None]:
     """The highest of rising fields before the level is passed, and the first at which it is; None: there is none."""
     sizes: Sequence[float] = list(pool.map(residual, fields_t.tolist()))
     passed = [k for k, size in enumerate(sizes) if size >= VISIBLE_AM2_PER_S]
