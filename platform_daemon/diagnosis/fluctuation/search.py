@@ -20,9 +20,10 @@ import numpy as np
 
 from platform_daemon.diagnosis.effects.effect import Candidate
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
-from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly
+from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly, starting_point
 from platform_daemon.diagnosis.regression.linearised_shot import LinearisedShot, linearise_shot
 from platform_daemon.diagnosis.regression.score_test import CandidateBlock, ScoreResult, score_table
+from platform_daemon.diagnosis.selection.confounders import gain_of
 from platform_daemon.diagnosis.selection.significance import LEVEL, log_chance
 from platform_daemon.diagnosis.shots.friction_course import CourseState, FrictionCourse, dry_friction
 from platform_daemon.diagnosis.shots.linearisation import linearise_signal
@@ -86,11 +87,26 @@ def _found(base: JointFit, place: int, candidates: Sequence[Candidate], pool: Ex
         states = _with_process(fits, likeliest.process, friction)
         if likeliest.process.near(before.process):
             break
+    at = _still_sure(at, float(len(candidates)), pool)
     law = likeliest_process([CourseInformation.of_one_course(information)], likeliest.process)
     noise = at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
     if not (noise and likeliest.sure and law.log_likelihood < _LIMITS.law_share * likeliest.log_likelihood):
         return None
     return FluctuatingFriction(likeliest=likeliest, friction=friction, joint_fit=at)
+
+
+def _still_sure(at: JointFit, trials: float, pool: Executor) -> JointFit:
+    """Without effects that are no longer significant where all others are fitted with them.
+
+    Raises LostTrajectoryError.
+    """
+    while at.hypothesis.common:
+        worst = min(at.hypothesis.common, key=lambda c: gain_of(at, c))
+        if log_chance(gain_of(at, worst), worst.size, trials) < LEVEL:
+            break
+        fewer = at.hypothesis.without(worst)
+        at = fit_jointly(at.prepared, fewer, pool, *starting_point(at, fewer))
+    return at
 
 
 def _first_process(base: JointFit) -> FrictionProcess:
