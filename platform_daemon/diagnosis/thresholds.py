@@ -179,8 +179,7 @@ class Selection:
     scale_steps: int = 8  # Gauss-Newton steps of a hidden scale [cost]
     scale_fractions: tuple[float, ...] = (1.0, 0.3, 0.1)  # of such a step that are tried in turn [unset]
     furthest_log_scale: float = math.log(2.5)  # greatest step of a scale's logarithm [unset]
-    settled_log_scale: float = 0.02  # step of a scale's logarithm at which the search ends [cost]
-    settled_scale_chi2: float = 0.02  # fall of chi^2 at which the search of a scale ends [cost]
+    settled_scale_chi2: float = 0.02  # fall of chi^2, predicted or found, at which the search of a scale ends [cost]
     known_log_scale: float = 0.03  # standard deviation of a scale's logarithm below which the valley is straight [A]
     # standard deviations of it at which one refit tests whether the valley is straight [cost]
     checked_sigma: float = 1.5

@@ -86,8 +86,7 @@ def _doubts(
         yield "what the named effects leave over is no noise"
     if found.forbidden or final.hypothesis.held_at_zero:
         yield "the best fit asks for signs that physics does not allow"
-    gains = [gain_of(final, n.candidate) for n in together]
-    if len(gains) > 1 and min(gains) < _LIMITS.patch_share * max(gains):
+    if _patched(final, [n.candidate for n in together]):
         yield "one effect only mends what a much larger one does not quite explain"
     # Effects together imitate anything: three of them, or two that others could replace.
     replaceable = any(
@@ -104,6 +103,19 @@ def _doubts(
     share = _sure_share(found, final)
     if together and share < _LIMITS.sure_share:
         yield f"the evidence is weak: only {100.0 * share:.0f} % of what may be missing is surely explained"
+
+
+def _patched(final: JointFit, together: Sequence[Candidate]) -> bool:
+    """True if an effect gains so little beside another that it may mend it.
+
+    One without which more than noise is left, and beside which only noise is, does not mend: something is missing.
+    """
+    gains = [gain_of(final, c) for c in together]
+    if len(gains) < 2 or min(gains) > _LIMITS.patch_share * max(gains):
+        return False
+    noise = THRESHOLDS.regression.noise_chi2_per_dof
+    needed = final.chi2_per_dof < noise < (final.chi2 + min(gains) * final.noise_factor) / final.dof
+    return not needed
 
 
 def _kind(candidate: Candidate) -> str:

@@ -75,20 +75,19 @@ def _at_best_scale(at: JointFit, effect: str, pool: Executor) -> JointFit:
         c = next(t for t in at.hypothesis.torques if t.effect.id == effect and t.scale_limits is not None)
         assert c.scale_limits is not None
         along = _along(at, c, pool)
-        step = float(along.step[-1])
+        step, settled = float(along.step[-1]), _LIMITS.settled_scale_chi2 * max(1.0, at.chi2_per_dof)
         low, high = (math.log(limit / c.hidden[0]) for limit in c.scale_limits)
         for fraction in _LIMITS.scale_fractions:
             moved = min(max(fraction * step, low, -_LIMITS.furthest_log_scale), high, _LIMITS.furthest_log_scale)
-            if abs(moved) < _LIMITS.settled_log_scale:
+            if moved**2 < settled * along.covariance[-1, -1]:
                 return at
             found = _with_scale(along, moved / step * along.step, pool)
             if found is not None and found.chi2 < at.chi2:
                 break
         else:
             return at
-        settled = at.chi2 - found.chi2 < _LIMITS.settled_scale_chi2 * max(1.0, found.chi2_per_dof)
-        at = found
-        if settled:
+        fall, at = at.chi2 - found.chi2, found
+        if fall < settled:
             break
     return at
 

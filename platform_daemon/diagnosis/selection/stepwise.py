@@ -207,17 +207,23 @@ class StepwiseSearch:
 
     def _best_common(self, table: ScoreTable) -> float:
         """Logarithm of the chance of the most surprising candidate, of either sign, alone or with another."""
-        floor = (
-            _LIMITS.negligible_share
-            * max(self._explained.chi2 - table.joint_fit.chi2, 0.0)
-            / table.joint_fit.noise_factor
-        )
+        floor = self._negligible(table.joint_fit) / table.joint_fit.noise_factor
         best = 0.0
         for sets, trials in ((singles(table), 1.0), (pairs(table), 0.5 * self._trials)):
             for blocks, score in sets:
                 if score.gain > floor:
                     best = min(best, self._log_p(blocks, score, trials))
         return best
+
+    def _negligible(self, at: JointFit) -> float:
+        """Fall of chi^2 that may be digits of what is explained: of a dipole none, while noise is not all that is left.
+
+        The model of a pendulum is never whole, and small effects beside large ones then mend it.
+        """
+        whole = at.prepared[0].shot.record.quantity != "angle"
+        if whole and at.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof:
+            return 0.0
+        return _LIMITS.negligible_share * max(self._explained.chi2 - at.chi2, 0.0)
 
     def _log_p(self, blocks: Sequence[CandidateBlock], score: ScoreResult, more: float = 1.0) -> float:
         trials = self._trials * more
