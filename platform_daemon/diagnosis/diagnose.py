@@ -31,7 +31,7 @@ from .findings.verdict import assess_diagnosis
 from .fluctuation_diagnosis import may_fluctuate, of_fluctuation
 from .regression.cross_validation import CrossValidation
 from .regression.joint_fit import JointFit
-from .regression.parameters import Mean, means, widened, window_disagreement
+from .regression.parameters import Mean, means, widened, window_disagreement, with_scales
 from .regression.score_test import ScoreTable
 from .report_schema import DiagnosisVerdict
 from .rigid_body.defects import manufacturing_error
@@ -243,9 +243,10 @@ def _of_effects(
         named = ()
     rest = found.omnibus_test
     torque = missing_torque(final, rest) if verdict in ("unexplained", "partly_explained") else None
-    exact, alike = means(final), [r.candidate for n in named for r in n.confounders]
+    exact = with_scales(means(final), [means(moved) for moved in fits_at_neighbouring_scales(final, pool)])
+    alike = [r.candidate for n in named for r in n.confounders]
     small = negligible_effects(searched.table, searched.dropped, found.trials, pool) if verdict == "explained" else []
-    spanned = widened(exact, _other_explanations(final, named, small, pool))
+    spanned = widened(exact, _other_explanations(named, small))
     spanned, side_modes = with_side_modes(spanned, first, model)
     return Diagnosis(
         shots=(),
@@ -304,10 +305,9 @@ def _prepared(
 
 
 def _other_explanations(
-    final: JointFit, named: Sequence[AcceptedEffect], small: Sequence[NegligibleEffect], pool: Executor
+    named: Sequence[AcceptedEffect], small: Sequence[NegligibleEffect]
 ) -> list[tuple[dict[str, Mean], float]]:
     """Parameters in each other model that the data allow, and its rise of chi^2."""
     fits = [(r.joint_fit, r.rise) for n in named for r in n.confounders if r.joint_fit is not None]
-    fits += [(other, 1.0) for other in fits_at_neighbouring_scales(final, pool)]
     fits += [(one.joint_fit, 1.0) for one in small]
     return [(means(fit), rise) for fit, rise in fits]

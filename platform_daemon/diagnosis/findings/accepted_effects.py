@@ -69,7 +69,7 @@ def accepted_effects(
         if c in final.hypothesis.common:
             where = next(s for o, s in zip(final.hypothesis.common, final.hypothesis.slices, strict=True) if o is c)
             value, std = _strength(c, final, where)
-            std = max(std, _scale_spread(c, final, found.base, pool)) if c.hidden else std
+            std = math.hypot(std, _scale_spread(c, final, found.base, pool)) if c.hidden else std
             value, std = c.public(value, std, f_nat)
             log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
             rivals = confounders(table, c, pool)
