@@ -56,12 +56,12 @@ class Row:
         return bool(after) and all(x is not None and x < _AGREES_SIGMA for x in after)
 
     @property
-    def farthest(self) -> float:
-        """How many of its stated errors the worst parameter is off."""
+    def farthest(self) -> tuple[float, str]:
+        """How many of its stated errors the worst parameter is off, and its name."""
         found = self.report.parameters_after
-        pairs = [(found[name], value) for name, value in self.truth.items() if name in found]
-        off = [abs(m.value - value) / m.std for m, value in pairs if m.value is not None and m.std]
-        return max(off, default=math.nan)
+        pairs = [(name, found[name], value) for name, value in self.truth.items() if name in found]
+        off = [(abs(m.value - value) / m.std, name) for name, m, value in pairs if m.value is not None and m.std]
+        return max(off, default=(math.nan, ""))
 
     def text(self) -> str:
         """One line."""
@@ -69,7 +69,8 @@ class Row:
         names = " + ".join(
             f"{e.id} {e.strength.value or math.nan:.3g}({e.strength.std or math.nan:.2g})" for e in self.report.effects
         )
-        marks = f"named {self.named:d} false {self.false:d} agrees {self.agrees:d} farthest {self.farthest:.1f}"
+        off, name = self.farthest
+        marks = f"named {self.named:d} false {self.false:d} agrees {self.agrees:d} farthest {off:.1f} {name}"
         return f"{effects} | {self.report.verdict}: {names or '-'} | {marks} | {self.seconds:.0f} s"
 
 
@@ -116,7 +117,7 @@ def main() -> None:
     print(
         f"{args.variant}: of {count} named {sum(r.named for r in rows)}, a false name in {sum(r.false for r in rows)}, "
         f"N50 and D30 agree in {sum(r.agrees for r in rows)}, "
-        f"all parameters within {_WITHIN:g} errors in {sum(r.farthest < _WITHIN for r in rows)}"
+        f"all parameters within {_WITHIN:g} errors in {sum(r.farthest[0] < _WITHIN for r in rows)}"
     )
 
 
