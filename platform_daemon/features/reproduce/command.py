@@ -60,6 +60,13 @@ def reproduce(
     heed_one_interrupt()
     with measuring_engine(where, kept, dry_run=dry_run) as engine:
         todo = {variant: name for variant, name in resonators.items() if not is_measured(out, variant, name)}
+        if len(todo) > 1 and not engine.platform.changes_resonators:
+            raise InputError(
+                "the platform holds one resonator at a time, and does not change it itself",
+                where="--thread, --jewel",
+                remedy="mount the thread and give --jewel none; then mount the jewel, and continue the folder with "
+                "--thread none --resume",
+            )
         for variant, name in todo.items():  # before anything is written, or moves
             _check(engine, characterise_request(campaign, variant, name, {}), out)
         if not dry_run:

@@ -24,6 +24,7 @@ from platform_daemon.features.reproduce.folder import write_claims
 from platform_daemon.features.reproduce.reasons import orientation
 from platform_daemon.features.reproduce.report import claims_latex, claims_text, count_text
 from platform_daemon.features.reproduce.schema import Campaign, Claims
+from sim_backend.backend import SimulatedBackend
 from tests.kit.command_line import assert_one_line_error, here
 
 SHOTS = 2
@@ -245,6 +246,14 @@ def test_ramps_of_a_quick_campaign_begin_at_four_fifths_of_the_papers_field_and_
         assert quick.ramp_request().step_t == pytest.approx(paper_t / 20.0, rel=0.1)
         assert (whole.ramp.start_t, whole.ramp_request().step_t) == (None, 10e-6)
         assert none.ramp is None
+
+
+def test_both_resonators_at_once_need_a_platform_that_changes_them(tmp_path, monkeypatch):
+    """Else the thread would be measured a second time, as the jewel."""
+    monkeypatch.setattr(SimulatedBackend, "changes_resonators", False)
+    refused = here("reproduce", "--out", tmp_path / "c", "--data", tmp_path / "data", "--quick")
+    assert_one_line_error(refused, 2, "one resonator at a time", "--jewel none", "--thread none --resume")
+    assert not (tmp_path / "c").exists()
 
 
 @pytest.mark.long
