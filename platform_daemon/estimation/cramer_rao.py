@@ -37,15 +37,15 @@ class MeasurementPlan:
     """A measurement to come.
 
     Attributes:
-        variant: "thread", "jewel" or any declared model.
+        variant: "thread", "jewel" or any declared model by name, or a model; what it holds, a fit will hold.
         parameters: the expected values of all public parameters of that model (PARAMETER_NAMES, SI units).
         noise_sd: (3,) per world channel and sample, A m^2/s. For coloured noise: sqrt(psd(f) rate / 2), the sd of
             white noise of the same density at the fundamental.
         sampling_rate_hz: samples per second and channel.
-        fixed: names that the fit will hold: f_nat_hz, m_r_am2 or coefficients of the model.
+        fixed: further names that the fit will hold: f_nat_hz, m_r_am2 or coefficients of the model.
     """
 
-    variant: str
+    variant: str | RingDownModel
     parameters: Mapping[str, float]
     noise_sd: Sequence[float] | Array
     sampling_rate_hz: float
@@ -85,7 +85,8 @@ def predict_precision(plan: MeasurementPlan, window_s: float) -> Precision:
     rotation = rotation_from_rodrigues(np.array([plan.parameters[name] for name in RODRIGUES]))
     observation = DipoleObservation(plan.parameters["m_r_am2"], rotation, np.eye(3))
     state = FitState(ring_down.dynamics, observation, np.zeros(3))
-    free = free_mask(ring_down.model, state.size, plan.fixed)
+    by_model = (p.name for p in ring_down.model.parameters.values() if p.fixed is not None)
+    free = free_mask(ring_down.model, state.size, {*plan.fixed, *by_model})
     normal = _expected_normal_equations(plan, ring_down.model, state, window_s)
     internal, condition = covariance(normal, free)
     if not condition < LIMITS.largest_condition:

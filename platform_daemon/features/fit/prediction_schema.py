@@ -35,3 +35,5 @@ class PredictionReport(Schema):
     """Sampling rate, Hz."""
     windows: tuple[WindowPrecision, ...]
     """Window by window."""
+    notes: tuple[str, ...] = ()
+    """What holds for all windows."""
