@@ -20,7 +20,7 @@ from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation,
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, expected_fit, with_errors_of_held
-from platform_daemon.estimation.rotor_fit.parameters import HELD_WITH_A_DEFECT
+from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, HELD_WITH_A_DEFECT
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.screening.screening import (
     refuse_few_periods,
@@ -95,7 +95,8 @@ class _Planned:
 
     def _fit(self, window_s: float, pool: ThreadPoolExecutor) -> RotorFit:
         if self.estimate:
-            return expected_fit(self.shot, self.error.parameter, window_s, pool, held=self.fixed)
+            error = next(name for name in DEFECTS if name == self.error.parameter)
+            return expected_fit(self.shot, error, window_s, pool, held=self.fixed)
         found = expected_fit(self.shot, None, window_s, pool, held=(*self.own, *self.fixed))
         if self.error.covariance is None:
             return found
