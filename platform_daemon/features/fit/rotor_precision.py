@@ -68,7 +68,7 @@ class _Planned:
         if round(seconds * shot.rate_hz) > shot.samples.shape[1]:
             why, remedy = (
                 f"the planned record ends after {self.rx_s:.4g} s",
-                "plan a longer one (--rx-s, sequence.rx_s)",
+                "plan a longer record (--rx-s, sequence.rx_s)",
             )
             raise InputError(f"there is no window of {seconds:g} s", where="windows", why=why, remedy=remedy)
         refuse_few_samples(int(seconds * shot.rate_hz))
@@ -129,8 +129,8 @@ def planned_rotor_precision(
     expected = {name: getattr(values, name) for name in (*names, model.rotor.parameter)}
     expected |= {name: getattr(values, name) for name in windows[0].std if name in HELD_WITH_A_DEFECT}
     errors = "without" if model.rotor.covariance is None else "with"
-    swing = math.degrees(_deflection_rad(planned.shot))
     said = "all of the rotor is estimated" if estimate else f"errors are {errors} those of what is held"
+    swing = math.degrees(_deflection_rad(planned.shot))
     return plan.report(
         model.label,
         expected | dict(zip(RODRIGUES, rodrigues, strict=True)),
