@@ -38,5 +38,5 @@ class Plan:
             noise_sd_am2_per_s=self.noise_am2_per_s,
             sampling_rate_hz=self.sampling_rate_hz,
             windows=tuple(windows),
-            notes=notes,
+            notes=notes or None,
         )

@@ -21,7 +21,7 @@ __all__ = ["measurand_app"]
 @measurand_app.command()
 def calibrate(
     specimen: Annotated[
-        str, typer.Argument(help="Resonator with [measurand]: one of --data or a shipped one by name, or a file.")
+        str, typer.Argument(help="Resonator with [measurand], by name (of --data, or shipped) or file.")
     ],
     files: Annotated[
         list[Path] | None, typer.Argument(help="Recordings made while the reference was read; or --schedule.")
@@ -42,7 +42,7 @@ def calibrate(
         ),
     ] = None,
     data: Annotated[
-        Path, typer.Option("--data", help="Data folder of the daemon, which has its resonators and the schedule.")
+        Path, typer.Option("--data", help="Data folder of the daemon: added resonators, and the schedule.")
     ] = Path("data"),
     measurands: Annotated[
         Path | None, typer.Option("--measurands", help="Folder of the calibrations; default: that of --data.")
