@@ -135,6 +135,19 @@ def planned_window_s(plan: MeasurementPlan, window: str | float) -> float:
     raise ValueError(f"window must be 'n50', 'd30' or seconds, not {window!r}")
 
 
+def rotor_samples(rx_s: float, sampling_rate_hz: float, f_nat_hz: float) -> tuple[int, float]:
+    """How many samples of a rotor's record are computed, and their rate in Hz, no higher than matters.
+
+    Raises ValueError for a record that is too long.
+    """
+    rate_hz = min(sampling_rate_hz, LIMITS.samples_per_period * f_nat_hz)
+    samples = round(rx_s * rate_hz)
+    if samples > LIMITS.most_rotor_samples:
+        most_s = LIMITS.most_rotor_samples / rate_hz
+        raise ValueError(f"it takes {samples} samples, and at most {most_s:.3g} s are computed")
+    return samples, rate_hz
+
+
 def _check(plan: MeasurementPlan, window_s: float) -> None:
     """Refuse plans that mean nothing."""
     sd = np.asarray(plan.noise_sd, dtype=np.float64)

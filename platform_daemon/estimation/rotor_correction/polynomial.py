@@ -34,7 +34,7 @@ class Box:
         """All products of two variables, and powers of the bent one, also times another: (m, k) -> (m, terms)."""
         u, bent = self.inside(places), self.bent
         one, other, others = _numbers(u.shape[1], bent)
-        powers = u[:, bent, None] ** np.arange(2, LIMITS.most_power + 1)
+        powers = u[:, bent, None] ** np.arange(2, LIMITS.most_power + 1)  # the square is one of the products too
         mixed = powers[:, : LIMITS.most_mixed_power - 1, None] * u[:, None, others]
         found = (np.ones((len(u), 1)), u, u[:, one] * u[:, other], powers[:, 1:], mixed.reshape(len(u), -1))
         return np.concatenate(found, axis=1)

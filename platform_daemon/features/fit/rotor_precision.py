@@ -15,6 +15,7 @@ from platform_daemon.core.schemas.base import Window
 from platform_daemon.core.schemas.parameters import RODRIGUES
 from platform_daemon.core.schemas.requests import SequencePatch
 from platform_daemon.core.settings import load_sequence
+from platform_daemon.estimation.cramer_rao import rotor_samples
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive, LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation, rotation_from_rodrigues
 from platform_daemon.estimation.record import RingDownRecord
@@ -39,8 +40,6 @@ from .fit_with_rotor import HOLDABLE, TURNS, public_errors
 from .planned_measurement import Plan
 from .prediction_schema import PredictionReport, WindowPrecision
 from .rotor_context import rotor_geometry
-
-LIMITS = THRESHOLDS.cramer_rao
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,11 +173,11 @@ def _shot(plan: Plan, sequence: SequenceRequest, values: RotorValues) -> RotorSh
         )
         raise InputError("this drive cannot be planned here", where="sequence", why=why, remedy=remedy)
     refuse_slow_sampling(plan.sampling_rate_hz, values.f_nat_hz)
-    rate_hz = min(plan.sampling_rate_hz, LIMITS.samples_per_period * values.f_nat_hz)
-    samples = round(sequence.rx_s * rate_hz)
-    if samples > LIMITS.most_rotor_samples:
-        why = f"its {samples} samples are more than the {LIMITS.most_rotor_samples} that are computed"
-        raise InputError("the planned record is too long", where="sequence.rx_s", why=why, remedy="shorten it")
+    try:
+        samples, rate_hz = rotor_samples(sequence.rx_s, plan.sampling_rate_hz, values.f_nat_hz)
+    except ValueError as error:
+        what, remedy = "the planned record is too long", "shorten it (--rx-s, sequence.rx_s)"
+        raise InputError(what, where="sequence.rx_s", why=str(error), remedy=remedy) from None
     x, y, z = (sequence.field_t * sequence.direction()).tolist()
     tx_s = sequence.tx_periods / sequence.f_tx_hz
     drive = CoilDrive(
