@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .estimation.physics.torque_term import Coefficient, TorqueTerm
     from .library.diagnosis import DiagnosisResult, diagnose
     from .library.fit import Fit, Fits, fit, fit_frames
+    from .library.predict import predict
     from .library.recording import Recording, from_arrays
     from .library.recording import open_recording as open
     from .library.simulate import simulate
@@ -45,6 +46,7 @@ __all__ = [
     "from_observations",
     "monte_carlo",
     "open",
+    "predict",
     "propagate",
     "propagate_jointly",
     "simulate",
@@ -55,6 +57,7 @@ _PLACES = {
     **dict.fromkeys(("Coefficient", "TorqueTerm"), "platform_daemon.estimation.physics.torque_term"),
     **dict.fromkeys(("DiagnosisResult", "diagnose"), "platform_daemon.library.diagnosis"),
     **dict.fromkeys(("Fit", "Fits", "fit", "fit_frames"), "platform_daemon.library.fit"),
+    "predict": "platform_daemon.library.predict",
     **dict.fromkeys(("Recording", "from_arrays", "open"), "platform_daemon.library.recording"),
     "simulate": "platform_daemon.library.simulate",
     "Budget": "platform_daemon.uncertainty.budget",

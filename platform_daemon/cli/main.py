@@ -214,6 +214,9 @@ def _run() -> int | None:
 def _remedy(error: typer.TyperException) -> str:
     """Of wrong arguments.  Where an option is not there that another command has, the epilog says where it belongs."""
     context: Any = getattr(error, "ctx", None)
+    option = getattr(error, "option_name", None)
+    if option is not None and type(error).__name__ == "BadOptionUsage":  # which comes without its command
+        return f"write {option} alone." if "does not take" in str(error) else f"write {option} VALUE."
     if context is None:
         return "see platform-daemon --help."
     epilog: str | None = context.command.epilog

@@ -37,15 +37,15 @@ class MeasurementPlan:
     """A measurement to come.
 
     Attributes:
-        variant: "thread", "jewel" or any declared model.
+        variant: "thread", "jewel" or any declared model by name, or a model; what it holds, a fit will hold.
         parameters: the expected values of all public parameters of that model (PARAMETER_NAMES, SI units).
         noise_sd: (3,) per world channel and sample, A m^2/s. For coloured noise: sqrt(psd(f) rate / 2), the sd of
             white noise of the same density at the fundamental.
         sampling_rate_hz: samples per second and channel.
-        fixed: names that the fit will hold: f_nat_hz, m_r_am2 or coefficients of the model.
+        fixed: further names that the fit will hold: f_nat_hz, m_r_am2 or coefficients of the model.
     """
 
-    variant: str
+    variant: str | RingDownModel
     parameters: Mapping[str, float]
     noise_sd: Sequence[float] | Array
     sampling_rate_hz: float
@@ -85,7 +85,8 @@ def predict_precision(plan: MeasurementPlan, window_s: float) -> Precision:
     rotation = rotation_from_rodrigues(np.array([plan.parameters[name] for name in RODRIGUES]))
     observation = DipoleObservation(plan.parameters["m_r_am2"], rotation, np.eye(3))
     state = FitState(ring_down.dynamics, observation, np.zeros(3))
-    free = free_mask(ring_down.model, state.size, plan.fixed)
+    by_model = (p.name for p in ring_down.model.parameters.values() if p.fixed is not None)
+    free = free_mask(ring_down.model, state.size, {*plan.fixed, *by_model})
     normal = _expected_normal_equations(plan, ring_down.model, state, window_s)
     internal, condition = covariance(normal, free)
     if not condition < LIMITS.largest_condition:
@@ -132,6 +133,19 @@ def planned_window_s(plan: MeasurementPlan, window: str | float) -> float:
     if window == "d30":
         return decay_time_s(RingDown.from_parameters(plan.variant, plan.parameters))
     raise ValueError(f"window must be 'n50', 'd30' or seconds, not {window!r}")
+
+
+def rotor_samples(rx_s: float, sampling_rate_hz: float, f_nat_hz: float) -> tuple[int, float]:
+    """How many samples of a rotor's record are computed, and their rate in Hz, no higher than matters.
+
+    Raises ValueError for a record that is too long.
+    """
+    rate_hz = min(sampling_rate_hz, LIMITS.samples_per_period * f_nat_hz)
+    samples = round(rx_s * rate_hz)
+    if samples > LIMITS.most_rotor_samples:
+        most_s = LIMITS.most_rotor_samples / rate_hz
+        raise ValueError(f"it takes {samples} samples, and at most {most_s:.3g} s are computed")
+    return samples, rate_hz
 
 
 def _check(plan: MeasurementPlan, window_s: float) -> None:

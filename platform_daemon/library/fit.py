@@ -18,7 +18,7 @@ from platform_daemon.estimation.parameters import Estimate
 from platform_daemon.estimation.result import FitResult
 from platform_daemon.features.fit.fit import fit_frame_of, frame_report
 from platform_daemon.features.fit.fit_request import FitRequest, check_fixed
-from platform_daemon.features.models.resolve import checked_variant
+from platform_daemon.features.models.options import variant_named
 
 from .recording import Recording, channel_names, check_recording
 
@@ -215,21 +215,23 @@ def fit(
     frame: int | None = None,
     terms: Sequence[str] = (),
     fixed: Mapping[str, float] | None = None,
+    models: str | Path | None = None,
 ) -> Fit:
     """Fit one frame of a recording.
 
     Args:
         recording: what `open`, `from_arrays` or `simulate` return.
-        model: thread, jewel or another declared one; None: what the recording says.
+        model: thread, jewel or another declared one, or an adopted one; None: what the recording says.
         window: "n50" (the first 0.24 s), "d30" (until 30 % of the maximum is left), or seconds.
         frame: number of the frame, from 0; None: the first that is neither blank nor refused.
         terms: further torque terms, as quadratic_drag, or one of another package.
         fixed: parameters that are held, by public name, SI.
+        models: folder of adopted models; None: data/models.
 
     Raises InputError for a model, term or parameter that is unknown, RecordingError for a frame that cannot be read.  A
     signal that cannot be fitted raises nothing: `good` is False then, and `reason` says why.
     """
-    return fit_frames(recording, model, window=window, frames=(frame,), terms=terms, fixed=fixed)[0]
+    return fit_frames(recording, model, window=window, frames=(frame,), terms=terms, fixed=fixed, models=models)[0]
 
 
 def fit_frames(
@@ -240,17 +242,18 @@ def fit_frames(
     frames: Sequence[int | None] | None = None,
     terms: Sequence[str] = (),
     fixed: Mapping[str, float] | None = None,
+    models: str | Path | None = None,
 ) -> Fits:
     """Fit several frames of a recording.
 
     Args:
         recording: what `open`, `from_arrays` or `simulate` return.
         frames: their numbers, from 0; None: all that are neither blank nor refused.
-        model, window, terms, fixed: as of `fit`, and so are the errors.
+        model, window, terms, fixed, models: as of `fit`, and so are the errors.
     """
     numbers = _checked(recording, window, frames)
-    chosen = None if model is None else checked_variant(model, terms)
-    measurement, used = recording.measurement.under(chosen, () if chosen else terms)
+    chosen = variant_named(model, None if models is None else Path(models))
+    measurement, used = recording.measurement.under(chosen, terms)
     ask = FitRequest(used, window, fixed, None, measurement.moment_am2(), measurement.weight_over_pull())
     check_fixed(ask, calibrated=measurement.calibration is not None)
     if numbers is None:

@@ -96,7 +96,6 @@ NOT_TUNED = {
     "record.py": (GEOMETRY, {3}),
     "rotor_correction/coordinates.py": (GEOMETRY, {3}),
     "rotor_correction/motion.py": ("the four neighbours of a cubic", {4}),
-    "rotor_correction/polynomial.py": ("the third power is the first beyond products of two", {3}),
     "screening/angle_cycles.py": (
         "mean of neighbours; parabola; variance of a third difference",
         {0.25, 1.5, 3, 4.0, 20.0},

@@ -212,9 +212,8 @@ class AsyncClient:
         self, recording: str | AsyncRecording, *, idempotency_key: str | None = None, **values: Any
     ) -> AsyncCharacterisation:
         """Make the paper's tables of a stored recording."""
-        body = request_from(
-            CharacterisationRequest, {"recording": id_of(recording), **values}, "characterise_recording"
-        )
+        chosen = {"recording": id_of(recording), **values}
+        body = request_from(CharacterisationRequest, chosen, "characterise_recording")
         return cast(AsyncCharacterisation, await self._start("characterisation", body, idempotency_key))
 
     async def adopt(self, diagnosis: AsyncDiagnosis | str, name: str, *, by: str, **values: Any) -> AdoptedModelRecord:
@@ -309,9 +308,8 @@ class AsyncClient:
     ) -> PlatformStatus:
         """Put waiting jobs in another order; order: ids of those that come first; priority: new ones by id."""
         values = {"order": list(order), "priority": dict(priority or {})}
-        return await self._transport.post(
-            PlatformStatus, "order_queue", request_from(QueueOrder, values, "order_queue")
-        )
+        body = request_from(QueueOrder, values, "order_queue")
+        return await self._transport.post(PlatformStatus, "order_queue", body)
 
     async def mounted_resonator(self) -> MountedResonator:
         """The resonator in the clamping unit, as far as it is known."""
@@ -379,7 +377,7 @@ class AsyncClient:
 
     @takes(PredictionRequest)
     async def predict(self, resonator: str, **values: Any) -> PredictionReport:
-        """The smallest standard deviations that a planned measurement can have."""
+        """The smallest standard deviations that a planned measurement can have.  Raises InvalidRequest."""
         body = request_from(PredictionRequest, {"resonator": resonator, **values}, "predict")
         return await self._transport.post(PredictionReport, "predict", body)
 

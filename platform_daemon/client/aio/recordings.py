@@ -131,6 +131,8 @@ class AsyncRecording:
         quantity: public name of the parameter, as m_r_am2.  shot: one frame, from 0; None: the mean of the series.
         coverage: probability of the interval value ± U, above 0 and below 1.  window: n50, d30 or seconds; variant: the
         model, declared or adopted, None: the resonator's.
+
+        Raises NotFound; InvalidRequest for a quantity, shot or model that it has not, and where no frame has a fit.
         """
         query = {"quantity": quantity, "shot": shot, "coverage": coverage, "window": window, "variant": variant}
         return await self._transport.get(BudgetReport, "get_budget", query, identifier=self.id)
@@ -146,7 +148,7 @@ class AsyncRecording:
     ) -> bytes:
         """The same as a PNG: a bar for each contribution, the largest on top.
 
-        quantity, shot, coverage, window, variant: as of `budget`.
+        quantity, shot, coverage, window, variant: as of `budget`, and so are the errors.
         """
         query = {"quantity": quantity, "shot": shot, "coverage": coverage, "window": window, "variant": variant}
         return (await self._transport.send("draw_budget", query=query, identifier=self.id)).content

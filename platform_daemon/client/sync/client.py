@@ -206,9 +206,8 @@ class Client:
         self, recording: str | Recording, *, idempotency_key: str | None = None, **values: Any
     ) -> Characterisation:
         """Make the paper's tables of a stored recording."""
-        body = request_from(
-            CharacterisationRequest, {"recording": id_of(recording), **values}, "characterise_recording"
-        )
+        chosen = {"recording": id_of(recording), **values}
+        body = request_from(CharacterisationRequest, chosen, "characterise_recording")
         return cast(Characterisation, self._start("characterisation", body, idempotency_key))
 
     def adopt(self, diagnosis: Diagnosis | str, name: str, *, by: str, **values: Any) -> AdoptedModelRecord:
@@ -297,7 +296,8 @@ class Client:
     def order_queue(self, order: Sequence[str] = (), *, priority: Mapping[str, int] | None = None) -> PlatformStatus:
         """Put waiting jobs in another order; order: ids of those that come first; priority: new ones by id."""
         values = {"order": list(order), "priority": dict(priority or {})}
-        return self._transport.post(PlatformStatus, "order_queue", request_from(QueueOrder, values, "order_queue"))
+        body = request_from(QueueOrder, values, "order_queue")
+        return self._transport.post(PlatformStatus, "order_queue", body)
 
     def mounted_resonator(self) -> MountedResonator:
         """The resonator in the clamping unit, as far as it is known."""
@@ -362,7 +362,7 @@ class Client:
 
     @takes(PredictionRequest)
     def predict(self, resonator: str, **values: Any) -> PredictionReport:
-        """The smallest standard deviations that a planned measurement can have."""
+        """The smallest standard deviations that a planned measurement can have.  Raises InvalidRequest."""
         body = request_from(PredictionRequest, {"resonator": resonator, **values}, "predict")
         return self._transport.post(PredictionReport, "predict", body)
 

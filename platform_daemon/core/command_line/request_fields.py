@@ -180,7 +180,7 @@ REQUEST_FIELDS: dict[str, dict[str, RequestField]] = {
         "resonator": RequestField(kind=str, help="Name of a resonator, one of GET /resonators.", required=True),
         "phi_max_rad": RequestField(
             kind=float,
-            help="Largest deflection, rad; default: the paper's.",
+            help="Largest deflection, rad; default: the paper's, or, with a manufacturing error, what the drive makes.",
             limits=Limits(low=0, low_open=True, high=1.5, high_open=True),
         ),
         "noise_am2_per_s": RequestField(
@@ -193,8 +193,75 @@ REQUEST_FIELDS: dict[str, dict[str, RequestField]] = {
             kind=float, help="Sampling rate, Hz.", default=61035.15625, limits=Limits(low=0, low_open=True)
         ),
         "fixed": RequestField(kind=str, help="Public names of parameters that are held.", default=[], many=True),
-        "variant": RequestField(kind=str, help="Model that is to be fitted; default: the resonator's."),
+        "variant": RequestField(
+            kind=str, help="Model that is to be fitted, declared or adopted; default: the resonator's."
+        ),
         "terms": RequestField(kind=str, help="Further torque terms, as quadratic_drag.", default=[], many=True),
+        "estimate_adopted": RequestField(
+            kind=bool,
+            help="Estimate what an adopted model holds, as a diagnosis does: strengths of torques; or a manufacturing error, with the distance of the magnets and the damping of the side modes.",
+            default=False,
+        ),
+        "sequence.f_tx_hz": RequestField(
+            kind=float, help="Excitation frequency, Hz; default: the preset's.", limits=Limits(low=0.01, high=20000.0)
+        ),
+        "sequence.tx_periods": RequestField(
+            kind=int,
+            help="Whole periods of the excitation, in the TX window; default: the preset's.",
+            limits=Limits(low=1, high=100000),
+        ),
+        "sequence.field_t": RequestField(
+            kind=float,
+            help="Excitation field, T: amplitude of the sine at the rotor, at most what the platform allows; default: the preset's.",
+            limits=Limits(low=0, low_open=True, high=1.0),
+        ),
+        "sequence.axis": RequestField(
+            kind=str,
+            help="Axis of the excitation: x, y, z, or three numbers, as 1,0,0.5, for a direction in world axes; default: the preset's.",
+        ),
+        "sequence.switch_s": RequestField(
+            kind=float,
+            help="From the end of TX to the first RX sample, s, at most 10; default: the preset's.",
+            limits=Limits(low=0, low_open=True, high=10.0),
+        ),
+        "sequence.guard_samples": RequestField(
+            kind=int,
+            help="Samples between amplifier off and receiver connect, 1 to 100000; default: the preset's.",
+            limits=Limits(low=1, high=100000),
+        ),
+        "sequence.rx_s": RequestField(
+            kind=float, help="RX window, s; default: the preset's.", limits=Limits(low=0, low_open=True, high=600.0)
+        ),
+        "sequence.waveform": RequestField(
+            kind=str, help="Shape of a half period of the field: sine, or rectangle; default: the preset's."
+        ),
+        "sequence.duty": RequestField(
+            kind=float,
+            help="Share of a half period in which a rectangle is not zero, 0.05 to 1; default: the preset's.",
+            limits=Limits(low=0.05, high=1),
+        ),
+        "sequence.chirp_hz": RequestField(
+            kind=float,
+            help="Change of the frequency from the start of TX to its end, linear in time, Hz; f_tx_hz is that at the start; default: the preset's.",
+            limits=Limits(low=-20000.0, high=20000.0),
+        ),
+        "sequence.phase_rad": RequestField(
+            kind=float,
+            help="Phase of the field at the start of TX, rad; default: the preset's.",
+            limits=Limits(low=-7.0, high=7.0),
+        ),
+        "sequence.phase_plan": RequestField(
+            kind=str,
+            help="none: as the frequency says; model: the field follows the velocity of the resonator's model, integrated forward from rest; last_fit: the same with the values of the last good fit of the series, from the second shot on; default: the preset's.",
+        ),
+        "sequence.f_nat_tolerance": RequestField(
+            kind=float,
+            help="The plan is the best in the worst case of f_nat off by so much either way, relative, 0 to 0.02; default: the preset's.",
+            limits=Limits(low=0, high=0.02),
+        ),
+        "sequence.pause_s": RequestField(
+            kind=float, help="Wait between shots, s; default: the preset's.", limits=Limits(low=0, high=86400.0)
+        ),
     },
     "RampRequest": {
         "start_t": RequestField(

@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 
 from drivers.errors import RecordingError
+from platform_daemon.core.schemas.text import counted
 from platform_daemon.core.state.durable import publish, reserve, storage_error
 
 from .datasets import put
@@ -121,10 +122,10 @@ def _copy_chunks(shot: Path, data: h5py.Dataset, k: int) -> None:
 
 def shortfall(shots: int, planned: int | None, unreadable: int) -> str:
     """Why a series is incomplete; "" if it is not.  A series without a planned number is never short by itself."""
-    lost = f"; {unreadable} shot files were unreadable" if unreadable else ""
+    lost = f"; {counted(unreadable, 'shot file')} could not be read" if unreadable else ""
     if planned is not None and shots < planned:
         return f"stopped after {shots} of {planned} shots{lost}"
-    return f"{shots} shots kept{lost}" if lost else ""
+    return f"{counted(shots, 'shot')} kept{lost}" if lost else ""
 
 
 def header_of(recording: Recording) -> tuple[SeriesHeader, str]:

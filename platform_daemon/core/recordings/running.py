@@ -9,6 +9,7 @@ from typing import TypeVar
 
 from drivers.errors import PlatformError, RecordingError
 from platform_daemon.core.schemas.recordings import RecordingInfo
+from platform_daemon.core.schemas.text import counted
 from platform_daemon.core.state.errors import RecordingInUse, UnknownRecording
 
 from .description import describe
@@ -57,7 +58,7 @@ def _stored_frame(folder: Path, identifier: str, frame: int) -> StoredFrame:
         shots = _shots(staging)
         if shots:
             unknown = UnknownRecording(
-                f"{identifier!r} has {len(shots)} shots so far, and no frame {frame}",
+                f"{identifier!r} has {counted(len(shots), 'shot')} so far, and no frame {frame}",
                 where=str(folder),
                 remedy="wait until that shot is on the disk",
             )
@@ -83,7 +84,7 @@ def describe_running(folder: Path, identifier: str) -> RecordingInfo | None:
             "size_bytes": sum(each.size_bytes for _, each in found),
             "frames": len(shots),
             "good": sum(each.verdict == "good" for each in frames),
-            "incomplete": f"still being measured: {len(shots)} shots so far{left}",
+            "incomplete": f"still being measured: {counted(len(shots), 'shot')} so far{left}",
             "start_time": found[0][1].start_time,
             "shots": tuple(frames),
         }

@@ -16,6 +16,11 @@ from .control_characters import CONTROL_CHARACTERS
 _OF_TEXT = "\n\r\t"
 
 
+def counted(number: int, noun: str) -> str:
+    """As in: 1 shot, 2 shots."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def _one_line(text: str) -> str:
     found = CONTROL_CHARACTERS.search(text)
     if found is not None:

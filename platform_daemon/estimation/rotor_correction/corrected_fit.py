@@ -93,7 +93,7 @@ def _prepared(
     """Raises RefusedError, ValueError, LostTrajectoryError."""
     at = table.one_angle_of(seen)
     near = state_of(table.coordinates, at)
-    left = record.samples[:, :samples] - table.beside(seen, at.m_r_am2, near.dynamics, samples)
+    left = table.taken_from(record.samples[:, :samples], seen, at.m_r_am2, near.dynamics)
     cut = replace(record, samples=left, valid_to=min(record.end, samples))
     model = table.coordinates.model
     made = prepare_record(cut, window, noise, fixed_values(model, None, dipole=True))
@@ -120,7 +120,7 @@ def _one_angle_fit(record: RingDownRecord, prepared: _Prepared, table: Correctio
     sums = best.moments.products[:, -1]
     return FitResult(
         verdict="good",
-        warnings=(*warned, *problem.doubts),
+        warnings=(*prepared.chosen.warnings, *warned, *problem.doubts),
         notes=(*prepared.chosen.notes, *problem.knowledge.notes),
         parameters=public.parameters,
         covariance=public.covariance,
@@ -148,7 +148,7 @@ def _minimum(
     names, values, _ = public_jacobian(model, early.state)
     corrected = coordinates.of(dict(zip(names, values.tolist(), strict=True)))
     place = table.inside(table.rotor_of(corrected))
-    left = record.samples[:, :last] - table.beside(place, corrected.m_r_am2, early.state.dynamics, last)
+    left = table.taken_from(record.samples[:, :last], place, corrected.m_r_am2, early.state.dynamics)
     again = replace(prepared, record=replace(prepared.record, samples=left, valid_to=last))
     problem = problem_of(again.record, model, early.state, again.noise_sd)
     near = descended(problem, early.state, last, math.inf, _SOME)  # one step: it begins where the other one ended

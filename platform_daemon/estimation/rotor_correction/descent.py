@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from platform_daemon.estimation.least_squares.constraints import constraints_of, fixed_values, free_mask
@@ -95,11 +97,12 @@ def smooth_fit(
     best = None
     if start is not None:
         try:
-            problem, periods = problem_of(cut, model, start, sd), LIMITS.start_periods
-            near = start
+            problem, left = problem_of(cut, model, start, sd), LIMITS.nearly_polished * last
             if "tf_over_i_rad_per_s2" in model.losses:  # which differs so much that steps at once would lead astray
-                near = fit_progressively(problem, start, start_periods=periods, last=last, schedule=QUICK).state
-            best = descended(problem, near, last, LIMITS.nearly_polished * last)
+                stages, periods = replace(QUICK, final=left), LIMITS.start_periods
+                best = fit_progressively(problem, start, start_periods=periods, last=last, schedule=stages)
+            else:
+                best = descended(problem, start, last, left)
         except (*FAILURES, ValueError):
             best = None
     if best is None:

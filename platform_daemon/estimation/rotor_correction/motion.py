@@ -10,6 +10,7 @@ import numpy as np
 
 from platform_daemon.estimation.moments.workspace import Workspace
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.jit import fast_kernel
 from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
 from platform_daemon.estimation.physics.trajectory.direct import MotionParameters
 from platform_daemon.estimation.thresholds import THRESHOLDS
@@ -77,19 +78,6 @@ def slow_harmonics(difference: Array, phase: Array) -> Array:
     return found
 
 
-def rebuilt(harmonics: Array, phase: Array) -> Array:
-    """(3, n) from harmonics (nodes, 3, HARMONICS), linear between the nodes; at least as many nodes as n needs."""
-    n = phase.shape[1]
-    blocks = -(-n // BETWEEN)
-    padded = np.zeros((HARMONICS, blocks * BETWEEN))
-    padded[:, :n] = phase
-    by_block = padded.reshape(HARMONICS, blocks, BETWEEN).transpose(1, 0, 2)
-    here, next_one = harmonics[:blocks] @ by_block, harmonics[1 : blocks + 1] @ by_block
-    share = np.arange(BETWEEN) / BETWEEN
-    found = here + share * (next_one - here)
-    return np.asarray(found.transpose(1, 0, 2).reshape(3, -1)[:, :n])
-
-
 def _cubic() -> Array:
     """Weights (TAPS, THIN) of the four neighbours of each sample between the second and the third of them."""
     x = np.arange(THIN) / THIN
@@ -101,8 +89,46 @@ def _cubic() -> Array:
 _CUBIC = _cubic()
 
 
-def thickened(thin: Array, samples: int) -> Array:
-    """All samples (3, samples) of what is known at every THIN-th of them, (3, n), by cubics."""
-    padded = np.concatenate([2.0 * thin[:, :1] - thin[:, 1:2], thin, thin[:, -1:], thin[:, -1:]], axis=1)
-    neighbours = np.lib.stride_tricks.sliding_window_view(padded, TAPS, axis=1)
-    return np.asarray((neighbours @ _CUBIC).reshape(3, -1)[:, :samples])
+def less_harmonics(samples: Array, harmonics: Array, phase: Array) -> Array:
+    """Samples (3, n) less what slow harmonics make of a phase.
+
+    harmonics: (nodes, 3, HARMONICS), linear between the nodes; phase: (HARMONICS, thin), at every THIN-th sample and
+    one beyond the last; between them by cubics.  Raises ValueError where nodes or places are fewer than samples need.
+    """
+    n, thin = samples.shape[1], phase.shape[1]
+    if (thin - 1) * THIN < n or (harmonics.shape[0] - 1) * BETWEEN < thin:
+        raise ValueError(f"{harmonics.shape[0]} nodes and {thin} places do not reach over {n} samples")
+    out = np.empty(samples.shape)
+    _subtract(samples, harmonics, phase, _CUBIC, out)
+    return out
+
+
+@fast_kernel
+def _subtract(samples, harmonics, phase, cubic, out):  # type: ignore[no-untyped-def]
+    """In one pass: a shot of 2 s is 3 MB, and each further array of that size costs as much as all the sums here."""
+    thin, n = phase.shape[1], samples.shape[1]
+    found = np.empty(thin + TAPS - 1)
+    for c in range(samples.shape[0]):
+        for node in range((thin + BETWEEN - 1) // BETWEEN):
+            first = node * BETWEEN
+            here = found[1 + first : 1 + min(thin, first + BETWEEN)]
+            here[:] = 0.0
+            for h in range(HARMONICS):
+                value = harmonics[node, c, h]
+                rise = (harmonics[node + 1, c, h] - value) / BETWEEN
+                row = phase[h, first : first + here.size]
+                for i in range(here.size):
+                    here[i] += (value + i * rise) * row[i]
+        found[0] = 2.0 * found[1] - found[2]
+        found[thin + 1 :] = found[thin]
+        whole = n // THIN
+        for i in range(whole):
+            before, at, after, last = found[i], found[i + 1], found[i + 2], found[i + 3]
+            for j in range(THIN):
+                between = before * cubic[0, j] + at * cubic[1, j] + after * cubic[2, j] + last * cubic[3, j]
+                out[c, i * THIN + j] = samples[c, i * THIN + j] - between
+        for j in range(n - whole * THIN):
+            between = 0.0
+            for k in range(TAPS):
+                between += found[whole + k] * cubic[k, j]
+            out[c, whole * THIN + j] = samples[c, whole * THIN + j] - between

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
+from functools import cache
 
 import numpy as np
 
-from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array, IntArray
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 LIMITS = THRESHOLDS.rotor_correction
@@ -32,13 +32,19 @@ class Box:
 
     def terms(self, places: Array) -> Array:
         """All products of two variables, and powers of the bent one, also times another: (m, k) -> (m, terms)."""
-        u = self.inside(places)
-        k, bent = u.shape[1], u[:, self.bent]
-        found = [np.ones(len(u)), *u.T, *(u[:, i] * u[:, j] for i, j in combinations_with_replacement(range(k), 2))]
-        found += [bent**power for power in range(3, LIMITS.most_power + 1)]
-        others = [u[:, i] for i in range(k) if i != self.bent]
-        found += [bent**power * other for power in range(2, LIMITS.most_mixed_power + 1) for other in others]
-        return np.array(found).T
+        u, bent = self.inside(places), self.bent
+        one, other, others = _numbers(u.shape[1], bent)
+        powers = u[:, bent, None] ** np.arange(2, LIMITS.most_power + 1)  # the square is one of the products too
+        mixed = powers[:, : LIMITS.most_mixed_power - 1, None] * u[:, None, others]
+        found = (np.ones((len(u), 1)), u, u[:, one] * u[:, other], powers[:, 1:], mixed.reshape(len(u), -1))
+        return np.concatenate(found, axis=1)
+
+
+@cache
+def _numbers(k: int, bent: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Of the variables in all products of two, (products,) each, and of all but the bent one, (k - 1,)."""
+    one, other = np.triu_indices(k)
+    return one, other, np.delete(np.arange(k), bent)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .coordinates import TURNS, OneAngle, OneAngleCoordinates
 from .descent import state_of
-from .motion import THIN, harmonics_of, motion, rebuilt, thickened
+from .motion import THIN, harmonics_of, less_harmonics, motion
 from .polynomial import Box, Polynomial
 
 CONSTANTS = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
@@ -122,14 +122,14 @@ class CorrectionTable:
             return round((N50_SECONDS if window == "n50" else float(window)) * self.rate_hz) + 1
         return round(LIMITS.enough_share * float(self.window_s.at(place.vector)) * self.rate_hz)
 
-    def beside(self, place: Place, m_r_am2: float, dynamics: MotionParameters, samples: int) -> Array:
-        """What a rotor does beside one angle, (3, samples) A m^2/s, world axes, from the first RX sample on.
+    def taken_from(self, samples: Array, place: Place, m_r_am2: float, dynamics: MotionParameters) -> Array:
+        """Samples less what a rotor does beside one angle, (3, n) A m^2/s, world axes, from the first RX sample on.
 
         m_r_am2, dynamics: of that one-angle motion.  Raises LostTrajectoryError where there is no such motion.
         """
-        thin = -(-samples // THIN) + 1
+        thin = -(-samples.shape[1] // THIN) + 1
         phase = harmonics_of(*motion(self.coordinates, dynamics, thin, THIN / self.rate_hz))
-        return thickened(m_r_am2 * rebuilt(self.harmonics.at(place.vector), phase), samples)
+        return less_harmonics(samples, m_r_am2 * self.harmonics.at(place.vector), phase)
 
     def slope(self, corrected: OneAngle) -> Array:
         """Derivatives (names, 1 + k) of the rotor's `names` by ln m_r and by the vector of a corrected fit."""

@@ -131,6 +131,42 @@ def fit_rotor(
         stages.append(Stage(window_s, tuple(values), sum(chi2) + layout.prior(values, first)[2]))
         if beside is not None:
             _still_alike(stages[-1], beside)
+    return _stated(shots, layout, values, matrix, chi2, dof, window_s, defect, stages, layout.prior(values, first)[2])
+
+
+def expected_fit(
+    shot: RotorShot, defect: Defect | None, window_s: float, pool: Executor, *, held: Sequence[str] = ()
+) -> RotorFit:
+    """What a fit states of a shot that moves with exactly its start values, but for noise: the Cramer-Rao bound.
+
+    Args:
+        shot: its samples count, not what they are.
+        defect, held: as of `fit_rotor`; what is known beforehand counts as there.
+        window_s: from the first sample.
+        pool: for the columns of the Jacobian.
+
+    Raises RotorFitError: there is no such rotor, or the shot does not determine it.
+    """
+    values = [shot.values]
+    layout = Layout.of([shot], () if defect is None else (defect,), held)
+    normal = Valley([shot], layout, values, window_s).linearised(values, pool)
+    left = float(normal.counts[0] - layout.size)
+    return _stated([shot], layout, values, normal.matrix, [left], [left], window_s, defect)
+
+
+def _stated(
+    shots: Sequence[RotorShot],
+    layout: Layout,
+    values: Sequence[RotorValues],
+    matrix: Array,
+    chi2: Sequence[float],
+    dof: Sequence[float],
+    window_s: float,
+    defect: Defect | None,
+    stages: Sequence[Stage] = (),
+    known_chi2: float = 0.0,
+) -> RotorFit:
+    """matrix: J^T J with what was known beforehand.  Raises RotorFitError."""
     try:
         covariance = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
@@ -155,7 +191,7 @@ def fit_rotor(
             for free, places in zip(layout.free, layout.places, strict=True)
         ),
         stages=tuple(stages),
-        known_chi2=layout.prior(values, first)[2],
+        known_chi2=known_chi2,
     )
 
 

@@ -80,4 +80,5 @@ class CramerRaoThresholds:
         64.0, "samples", "enough for every harmonic that matters; more samples only add up", CRAMER_RAO
     )
     most_samples: int = tuned(4_000_000, "samples", "three arrays of 32 MB; 100 s of 600 Hz")
+    most_rotor_samples: int = tuned(500_000, "samples", "of a rotor's record: 0.3 GB for its Jacobian; 36 s of 215 Hz")
     largest_condition: float = tuned(1e12, "1", "of the scaled Fisher matrix, beyond which nothing is determined")

@@ -6,6 +6,7 @@ import math
 
 from platform_daemon.core.reporting.tables import Column, tables_text
 from platform_daemon.core.schemas.acquisitions import AcquisitionSummary, ShotSummary
+from platform_daemon.core.schemas.text import counted
 from platform_daemon.core.schemas.value_sources import value_sources_text
 
 
@@ -16,7 +17,7 @@ def dry_run_text(plan: AcquisitionSummary) -> str:
     notes = [f"warning: {text}" for text in plan.warnings]
     if plan.shot.planned_phi_max_rad is not None:
         notes.insert(0, f"the model reaches {math.degrees(plan.shot.planned_phi_max_rad):.1f} degrees")
-    total = f"{plan.shots} shots, {plan.duration_s:.4g} s, {plan.disk_bytes / 1e6:.3g} MB"
+    total = f"{counted(plan.shots, 'shot')}, {plan.duration_s:.4g} s, {plan.disk_bytes / 1e6:.3g} MB"
     sources = value_sources_text(plan.value_sources or ())
     return "\n".join([tables_text(plan.resonator, numbers, _columns(shots)), sources, total, *notes])
 

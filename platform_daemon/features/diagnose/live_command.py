@@ -22,6 +22,7 @@ from platform_daemon.core.command_line.options import (
 from platform_daemon.core.command_line.output import must_not_exist, write_json, write_page
 from platform_daemon.core.command_line.request_fields import Limits
 from platform_daemon.core.command_line.request_options import Keys, offers, option_groups
+from platform_daemon.core.schemas.text import counted
 from platform_daemon.features.models.options import variant_named
 
 from .command import residual_page
@@ -125,6 +126,6 @@ def _report(loop: LiveDiagnosis, out: Path, json_file: Path | None, html: Path |
         if html is not None:
             write_page(html, residual_page(loop.found, report))
             print(html)
-    print(f"{log.stopped}; {log.shots} shots in {len(log.rounds)} series; log in {path}")
+    print(f"{log.stopped}; {counted(log.shots, 'shot')} in {len(log.rounds)} series; log in {path}")
     for step in log.manual_steps_left:
         print(f"left to do by hand: {step.what}")

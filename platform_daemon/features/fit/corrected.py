@@ -16,14 +16,12 @@ from typing import Any
 import numpy as np
 
 from drivers.errors import RecordingError
-from drivers.specimen import Specimen
 from platform_daemon import __version__
 from platform_daemon.core.recordings.recording import Recording
 from platform_daemon.core.schemas.fits import CorrectionReport
 from platform_daemon.core.state.durable import storage_error, write_new_file
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.physics.models import model_named
-from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.estimation.result import FitResult
@@ -31,14 +29,13 @@ from platform_daemon.estimation.rotor_correction.coordinates import OneAngle
 from platform_daemon.estimation.rotor_correction.corrected_fit import corrected_fit, first_look
 from platform_daemon.estimation.rotor_correction.creation import NoTableError, TableBasis, make_table
 from platform_daemon.estimation.rotor_correction.table import CorrectionTable
-from platform_daemon.estimation.rotor_fit.shot import RotorContext
 from platform_daemon.estimation.screening.windows import Window
 from platform_daemon.estimation.solve import FAILURES
 from platform_daemon.estimation.thresholds import THRESHOLDS
 from platform_daemon.features.models.adopted_model import AdoptedModel
 
+from .adopted_rotor import covariance_of_adopted, reference_rotor
 from .fit_request import FitRequest
-from .fit_with_rotor import covariance_of_adopted
 from .known_moment import declared_specimen
 from .rotor_context import rotor_context
 
@@ -198,7 +195,7 @@ def _basis(recording: Recording, ask: FitRequest, first: int) -> TableBasis:
     assert model.rotor is not None
     if known is None or known.drive is None or known.rotation is None or specimen is None:
         raise _no_table(model, "the correction begins at rest and follows a drive by a sine of a resonator")
-    reference, error = reference_rotor(model, known, specimen), model.rotor
+    reference, error = reference_rotor(model, specimen, known.rotation), model.rotor
     names, matrix = ((), None) if error.covariance is None else covariance_of_adopted(error.covariance)
     sequence = recording.sequence
     return TableBasis(
@@ -212,35 +209,6 @@ def _basis(recording: Recording, ask: FitRequest, first: int) -> TableBasis:
         held_names=names,
         held_covariance=matrix,
     )
-
-
-def reference_rotor(model: AdoptedModel, known: RotorContext, specimen: Specimen) -> RotorValues:
-    """The rotor that a model with a manufacturing error was adopted from, in the pose of a recording.
-
-    Raises RecordingError where its diagnosis does not tell a number.
-    """
-    assert model.rotor is not None
-    assert known.rotation is not None
-    error, found = model.rotor, _diagnosed(model)
-    missing = [name for name in ("f_nat_hz", "m_r_am2", "lambda_per_s") if not found.get(name)]
-    if missing:
-        raise _no_table(model, f"the model's diagnosis does not tell {missing[0]}", "diagnose and adopt again")
-    friction = specimen.measured.tf_over_i_rad_per_s2 or found.get("tf_over_i_rad_per_s2") or 0.0
-    return RotorValues(
-        f_nat_hz=found["f_nat_hz"],
-        m_r_am2=found["m_r_am2"],
-        lambda_per_s=found["lambda_per_s"],
-        tf_over_i_rad_per_s2=friction if known.geometry.bearing == "jewel" else 0.0,
-        rotation=known.rotation,
-        **({"lean_damping_per_s": error.held["side_damping_per_s"]} | error.held),
-    ).with_numbers({error.parameter: error.strength})
-
-
-def _diagnosed(model: AdoptedModel) -> dict[str, float]:
-    """The constants of the specimen that the model was adopted from, by public name."""
-    evidence: Any = model.evidence if isinstance(model.evidence, dict) else model.evidence.model_dump()
-    after = evidence.get("diagnosis", {}).get("parameters_after", {})
-    return {name: each["value"] for name, each in after.items() if each and each.get("value")}
 
 
 def _digest(model: AdoptedModel, basis: TableBasis) -> str:

@@ -12,7 +12,6 @@ import numpy as np
 
 from drivers.errors import RecordingError
 from platform_daemon.core.recordings.recording import Recording
-from platform_daemon.core.schemas.fits import Covariance
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.parameters import RODRIGUES, Estimate
@@ -23,15 +22,18 @@ from platform_daemon.estimation.result import FitResult
 from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor, with_errors_of_held
 from platform_daemon.estimation.rotor_fit.parameters import HELD_WITH_A_DEFECT
 from platform_daemon.estimation.rotor_fit.shot import RotorContext, RotorShot
+from platform_daemon.estimation.screening.windows import RECORD_TOO_SHORT
 from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.schema import AdoptedRotorRecord
 
+from .adopted_rotor import adopted_values, covariance_of_adopted
 from .rotor_context import assumed_rotor_context
 
 Refinement = Callable[[RingDownRecord, NoiseModel | None, FitResult], FitResult]
 HOLDABLE = ("f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2")
 """Parameters of one angle that the rotor has too."""
-_TURNS = ("turn_u_rad", "turn_v_rad", "turn_w_rad")
+TURNS = ("turn_u_rad", "turn_v_rad", "turn_w_rad")
+"""The orientation in the rotor's own frame."""
 _TURN_STEP_RAD = 1e-6
 
 
@@ -84,15 +86,6 @@ def _refined(
     return replace(found, notes=(*found.notes, *known.assumed), seconds=start.seconds + time.perf_counter() - began)
 
 
-def covariance_of_adopted(known: Covariance) -> tuple[tuple[str, ...], Array]:
-    """Names and matrix; in models of before one damping of the side modes stands for both."""
-    names, matrix = tuple(known.parameters), np.array(known.matrix)
-    if "side_damping_per_s" in names and "lean_damping_per_s" not in names:
-        rows = [*range(len(names)), names.index("side_damping_per_s")]
-        names, matrix = (*names, "lean_damping_per_s"), matrix[np.ix_(rows, rows)]
-    return names, matrix
-
-
 def _shot(
     record: RingDownRecord, noise: NoiseModel, start: FitResult, known: RotorContext, error: AdoptedRotorRecord
 ) -> RotorShot:
@@ -101,14 +94,7 @@ def _shot(
     at = {name: found[name] * error.ratio.get(name, 1.0) for name in HOLDABLE if name in found}
     turned = rotation_from_rodrigues(np.array([found[n] for n in RODRIGUES]))
     rotation = known.facing(turned)
-    values = RotorValues(
-        f_nat_hz=at["f_nat_hz"],
-        m_r_am2=at["m_r_am2"],
-        lambda_per_s=at["lambda_per_s"],
-        tf_over_i_rad_per_s2=at.get("tf_over_i_rad_per_s2", 0.0),
-        rotation=rotation,
-        **({"lean_damping_per_s": error.held["side_damping_per_s"]} | error.held),  # one damping in models of before
-    ).with_numbers({error.parameter: error.strength})
+    values = adopted_values(error, at, rotation)
     if known.drive is None:
         side, motion = -1.0 if known.turned(turned) else 1.0, start.ring_down()
         phi, per_turn = (each[-1] for each in motion.motion(record.valid_from + 1, record.dt_s))
@@ -129,16 +115,12 @@ def _shot(
 
 def _result(start: FitResult, fit: RotorFit, error: AdoptedRotorRecord) -> FitResult:
     """The published form; phi_max and psi, labels of the one-angle motion, stay those of its fit."""
-    (shot,), (values,), (places,) = fit.shots, fit.values, fit.places
-    names = [name for name in HOLDABLE if name in places]
-    covariance = fit.covariance[np.ix_(*[[places[n] for n in (*names, *_TURNS)]] * 2)]
-    slope = np.eye(len(covariance))
-    slope[-3:, -3:] = _rodrigues_by_turns(shot, values)
-    covariance = slope @ covariance @ slope.T
+    (shot,), (values,) = fit.shots, fit.values
+    names, covariance = public_errors(fit)
     rodrigues = rodrigues_from_rotation(shot.rotor(values).rotation)
-    numbers = {**{name: getattr(values, name) for name in names}, **dict(zip(RODRIGUES, rodrigues, strict=True))}
-    std = dict(zip((*names, *RODRIGUES), np.sqrt(np.diag(covariance)), strict=True))
-    own = {name: Estimate(float(value), float(std[name])) for name, value in numbers.items()}
+    numbers = {**vars(values), **dict(zip(RODRIGUES, rodrigues, strict=True))}
+    std = dict(zip(names, np.sqrt(np.diag(covariance)), strict=True))
+    own = {name: Estimate(float(numbers[name]), float(std[name])) for name in names}
     model, _ = shot.rotor(values).dm_dt(shot.samples.shape[1], shot.rate_hz)
     left = shot.samples - model
     left = left - left.mean(axis=1, keepdims=True)
@@ -150,13 +132,13 @@ def _result(start: FitResult, fit: RotorFit, error: AdoptedRotorRecord) -> FitRe
         start,
         parameters={name: own.get(name, old) for name, old in start.parameters.items()},
         covariance=covariance,
-        covariance_names=(*names, *RODRIGUES),
+        covariance_names=names,
         notes=(
             *start.notes,
             f"a rotor of five degrees of freedom with {held} held; errors are {of_held} those of what is held; "
             "phi_max and psi are those of one angle",
         ),
-        warnings=(),
+        warnings=tuple(each for each in start.warnings if each.startswith(RECORD_TOO_SHORT)),  # the rest: of one angle
         r2=1.0 - squares / float(np.sum((shot.samples - shot.samples.mean(axis=1, keepdims=True)) ** 2)),
         nrmse=float(np.sqrt(squares / np.sum(shot.samples**2))),
         chi2_per_dof=fit.chi2_per_dof,
@@ -168,10 +150,20 @@ def _result(start: FitResult, fit: RotorFit, error: AdoptedRotorRecord) -> FitRe
     )
 
 
+def public_errors(fit: RotorFit) -> tuple[tuple[str, ...], Array]:
+    """Of a fit of one shot: public names of the main mode and the orientation that are free, and their covariance."""
+    (shot,), (values,), (places,) = fit.shots, fit.values, fit.places
+    names = [name for name in HOLDABLE if name in places]
+    covariance = fit.covariance[np.ix_(*[[places[n] for n in (*names, *TURNS)]] * 2)]
+    slope = np.eye(len(covariance))
+    slope[-3:, -3:] = _rodrigues_by_turns(shot, values)
+    return (*names, *RODRIGUES), slope @ covariance @ slope.T
+
+
 def _rodrigues_by_turns(shot: RotorShot, values: RotorValues) -> Array:
     """Derivative (3, 3) of the orientation's vector by the turns about u, v, w."""
     rows = []
-    for name in _TURNS:
+    for name in TURNS:
         low, high = (
             rodrigues_from_rotation(
                 shot.rotor(values.with_numbers({name: getattr(values, name) + sign * _TURN_STEP_RAD})).rotation

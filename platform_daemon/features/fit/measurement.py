@@ -26,7 +26,7 @@ from platform_daemon.estimation.noise.series import SeriesNoise
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.result import FitResult
 from platform_daemon.features.models.adopted_model import AdoptedModel
-from platform_daemon.features.models.resolve import ModelChoice, checked_variant, with_receiver_correction
+from platform_daemon.features.models.resolve import ModelChoice, with_receiver_correction, with_terms
 
 from .calibrated import FrameSignal, calibrated_signal
 from .drive_hint import with_drive_hint
@@ -64,16 +64,12 @@ class Measurement(ABC):
 
         Raises InputError if there is none, or if it cannot be used here.
         """
-        if isinstance(model, AdoptedModel):
-            if terms:
-                remedy = "diagnose on the base of it and adopt what is found, or leave the terms out"
-                raise InputError("an adopted model takes no further terms", where=model.label, remedy=remedy)
-            return self._corrected(model), model
         chosen = model or self.variant
         if chosen is None:
             where = f"{self.path}: /resonator/variant"
             raise RecordingError("the file does not say which resonator it holds", where=where, remedy=NAME_THE_VARIANT)
-        return self, checked_variant(chosen, terms)
+        used = with_terms(chosen, terms)
+        return (self._corrected(used) if isinstance(used, AdoptedModel) else self), used
 
     def excuse(self, k: int) -> str | None:
         """Why frame `k` is not to be fitted, though it may be read; None: it is to be fitted."""

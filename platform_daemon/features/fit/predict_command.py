@@ -9,43 +9,57 @@ import typer
 
 from drivers.errors import InputError
 from platform_daemon.core.command_line.csv_table import write_csv
-from platform_daemon.core.command_line.options import CsvOption, ForceOption, JsonOption, TermOption
-from platform_daemon.core.command_line.output import must_not_exist, write_json
+from platform_daemon.core.command_line.options import ModelsOption, TableOptions, TermOption
+from platform_daemon.core.command_line.output import write_json
 from platform_daemon.core.command_line.request_fields import REQUEST_FIELDS
+from platform_daemon.core.command_line.request_options import Keys, offers, option_groups
+from platform_daemon.features.models.options import library
 
 _FIELDS = REQUEST_FIELDS["PredictionRequest"]
 _PAPER_NOISE = ",".join(map(str, _FIELDS["noise_am2_per_s"].default))
 
+_DRIVE = offers(
+    "PredictionRequest",
+    *(f"sequence.{key}" for key in ("f_tx_hz", "tx_periods", "field_ut", "axis", "rx_s")),
+)
 
+
+@option_groups
 def predict(
+    *,
     resonator: Annotated[str, typer.Option(help="thread, jewel, or a resonator file.")],
-    variant: Annotated[str | None, typer.Option(help="The model to be fitted; default: the resonator's.")] = None,
+    variant: Annotated[str | None, typer.Option(help=_FIELDS["variant"].help)] = None,
     term: TermOption = None,
+    estimate_adopted: Annotated[
+        bool, typer.Option("--estimate-adopted", help=_FIELDS["estimate_adopted"].help)
+    ] = False,
     expect: Annotated[list[str] | None, typer.Option("--expect", help="NAME=VALUE expected of the model.")] = None,
     window: Annotated[list[str] | None, typer.Option(help="n50, d30 or seconds; may be repeated.")] = None,
     deflection_deg: Annotated[float | None, typer.Option(help="phi_max; default: the paper's.")] = None,
+    drive: Annotated[Keys, _DRIVE],
     noise: Annotated[str, typer.Option(help="Noise of x,y,z per sample, A m^2/s.")] = _PAPER_NOISE,
     rate_hz: Annotated[float, typer.Option(help="Sampling rate, Hz.")] = _FIELDS["sampling_rate_hz"].default,
     fix: Annotated[list[str] | None, typer.Option("--fix", help="Hold NAME or NAME=VALUE fixed.")] = None,
-    json_file: JsonOption = None,
-    csv_file: CsvOption = None,
-    force: ForceOption = False,
+    models: ModelsOption = None,
+    result: TableOptions,
 ) -> None:
-    """Predict the smallest standard deviations a measurement can reach (Cramer-Rao bound, white noise)."""
-    from platform_daemon.core.command_line.parsing import check_parameter, parse_values, parse_window
-    from platform_daemon.core.schemas.parameters import PAPER_DEFLECTION_DEG
-    from platform_daemon.core.settings import load_specimen
-    from platform_daemon.features.models.resolve import checked_variant
+    """Predict the smallest standard deviations a measurement can reach (Cramer-Rao bound, white noise).
 
-    from .precision import planned_precision
+    The drive is that of an adopted model with a manufacturing error; other motions begin with their deflection.
+    """
+    from drivers.validation import validated
+    from platform_daemon.core.command_line.parsing import check_parameter, parse_values, parse_window
+    from platform_daemon.core.schemas.requests import SequencePatch
+    from platform_daemon.core.settings import load_specimen
+
+    from .precision import planned_model, planned_precision
     from .report import prediction_table_text
 
     specimen = load_specimen(resonator)[0]
-    degrees = PAPER_DEFLECTION_DEG[specimen.variant] if deflection_deg is None else deflection_deg
-    if not 0 < degrees < 90:
-        raise InputError(f"{degrees} deg is no deflection", where="--deflection-deg", remedy="give 0 to 90 deg")
-    must_not_exist(json_file, force, ".json")
-    must_not_exist(csv_file, force, ".csv")
+    if deflection_deg is not None and not 0 < deflection_deg < 90:
+        what, remedy = f"{deflection_deg} deg is no deflection", "give 0 to 90 deg"
+        raise InputError(what, where="--deflection-deg", remedy=remedy)
+    result.check()
     fixed = [text.partition("=")[0] for text in fix or ()]
     for name in fixed:
         check_parameter(name, "--fix")
@@ -53,15 +67,17 @@ def predict(
     found = planned_precision(
         specimen,
         [parse_window(w) for w in window or ("n50", "d30")],
-        phi_max_rad=math.radians(degrees),
+        phi_max_rad=None if deflection_deg is None else math.radians(deflection_deg),
         noise_am2_per_s=_levels(noise),
         sampling_rate_hz=rate_hz,
         fixed=tuple(fixed),
-        variant=checked_variant(variant or specimen.variant, term or ()),
+        model=planned_model(variant, term or (), library(models), specimen),
+        estimate_adopted=estimate_adopted,
         expected=(parse_values(expect or [], "--expect") or {}) | held,
+        sequence=validated(SequencePatch, drive.get("sequence", {}), "sequence"),
     )
-    write_json(json_file, found)
-    write_csv(csv_file, found.windows)
+    write_json(result.json_file, found)
+    write_csv(result.csv_file, found.windows)
     print(prediction_table_text(found))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import ConfigDict
 
-from platform_daemon.core.schemas.base import Schema, Window, example
+from platform_daemon.core.schemas.base import Absent, Schema, Window, example
 
 
 class WindowPrecision(Schema):
@@ -35,3 +35,5 @@ class PredictionReport(Schema):
     """Sampling rate, Hz."""
     windows: tuple[WindowPrecision, ...]
     """Window by window."""
+    notes: Absent[tuple[str, ...]] = None
+    """Of an adopted model, what the bound holds for; absent: nothing is to be said."""

@@ -160,4 +160,5 @@ def prediction_table_text(found: PredictionReport) -> str:
         stds = [row.std.get(shown.name) for row in found.windows]
         columns.append((shown.heading, ["-" if s is None else f"{s * shown.display_factor:.2g}" for s in stds]))
     columns.append(("orientation / °", [f"{math.degrees(row.orientation_rad):.2g}" for row in found.windows]))
-    return tables_text(f"{found.variant}: smallest standard deviations", index, columns)
+    table = tables_text(f"{found.variant}: smallest standard deviations", index, columns)
+    return "\n".join([table, *(f"note: {text}" for text in found.notes or ())])

@@ -9,7 +9,7 @@ from pydantic import ConfigDict, Field
 from platform_daemon.core.schemas.base import Finite, Given, NamedWindow, Positive, Request, Window
 from platform_daemon.core.schemas.parameters import PAPER_NOISE_AM2_PER_S
 from platform_daemon.core.schemas.recordings import Frames, RecordingId, StepName, Terms
-from platform_daemon.core.schemas.requests import ModelName
+from platform_daemon.core.schemas.requests import ModelName, SequencePatch
 
 
 class RecordingFitRequest(Request):
@@ -52,7 +52,7 @@ class PredictionRequest(Request):
     ] = Field(default=["n50", "d30"])
     """Evaluation windows: n50, d30, or seconds."""
     phi_max_rad: Annotated[float, Field(gt=0, lt=1.5)] | None = None
-    """Largest deflection, rad; null: the paper's."""
+    """Largest deflection, rad; null: the paper's, or, with a manufacturing error, what the drive makes."""
     noise_am2_per_s: Annotated[tuple[Positive, ...], Field(strict=False, min_length=3, max_length=3)] = (
         PAPER_NOISE_AM2_PER_S
     )
@@ -62,8 +62,14 @@ class PredictionRequest(Request):
     fixed: Annotated[list[str], Field(max_length=9)] = Field(default=[])
     """Public names of parameters that are held."""
     variant: ModelName | None = None
-    """Model that is to be fitted; null: the resonator's."""
+    """Model that is to be fitted, declared or adopted; null: the resonator's."""
     terms: Terms = Field(default=[])
     """Further torque terms, as quadratic_drag."""
+    estimate_adopted: bool = False
+    """Estimate what an adopted model holds, as a diagnosis does: strengths of torques; or a manufacturing error, with
+    the distance of the magnets and the damping of the side modes."""
     expected: dict[str, Finite] = Field(default={})
     """Expected values that the resonator's file does not hold, by public name, SI."""
+    sequence: SequencePatch = Field(default_factory=SequencePatch)
+    """Keys of the drive that differ from the resonator's preset: of an adopted model with a manufacturing error, whose
+    motion begins with the drive."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Annotated, Literal, TypeVar
 
@@ -17,7 +16,6 @@ from platform_daemon.core.schemas.base import NamedWindow
 from platform_daemon.core.schemas.derived import DerivedReport, EnvelopesReport
 from platform_daemon.core.schemas.fits import FitReport
 from platform_daemon.core.schemas.harmonics import ShotHarmonics
-from platform_daemon.core.schemas.parameters import PAPER_DEFLECTION_DEG
 from platform_daemon.core.web.context import Context, Frame, JobId, RecordingId, Shared
 from platform_daemon.core.web.costs import MOST_SLIDING_FITS, MOST_SLIDING_SAMPLES, check_file
 from platform_daemon.core.web.job_routes import result_of
@@ -185,19 +183,18 @@ def get_live_harmonics(context: Shared) -> ShotHarmonics:
 @router.post("/predict", summary="What a planned measurement can tell", responses=problems(415, 422))
 def predict(body: PredictionRequest, context: Shared) -> PredictionReport:
     """Smallest standard deviations that a measurement can reach (Cramer-Rao bound, white noise), per window."""
-    from platform_daemon.features.models.resolve import checked_variant
-
-    from .precision import planned_precision
+    from .precision import planned_model, planned_precision
 
     specimen = context.catalogue.resonators.named(body.resonator)
-    deflection = body.phi_max_rad or math.radians(PAPER_DEFLECTION_DEG[specimen.variant])
     arguments = {
-        "phi_max_rad": deflection,
+        "phi_max_rad": body.phi_max_rad,
         "noise_am2_per_s": body.noise_am2_per_s,
         "sampling_rate_hz": body.sampling_rate_hz,
         "fixed": tuple(body.fixed),
-        "variant": checked_variant(body.variant or specimen.variant, body.terms),
+        "model": planned_model(body.variant, body.terms, Library(context.folders.models), specimen),
+        "estimate_adopted": body.estimate_adopted,
         "expected": body.expected,
+        "sequence": body.sequence,
     }
     return context.run(Call(planned_precision, (specimen, body.windows), arguments))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from platform_daemon.core.reporting.tables import Column, tables_text
+from platform_daemon.core.schemas.text import counted
 
 from .schema import MeasurandCalibration, MeasurandReading, MeasurandReport, ResidualTest
 
@@ -11,7 +12,7 @@ def calibration_text(made: MeasurandCalibration) -> str:
     """A paragraph of what was found."""
     lines = [
         f"{made.label}: {made.name} of {made.specimen}, {made.valid_from:g} to {made.valid_to:g} {made.unit}",
-        f"{made.pairs} shots with a reading of the reference, {made.dropped} without",
+        f"{counted(made.pairs, 'shot')} with a reading of the reference, {made.dropped} without",
         f"resolution of one shot: {made.resolution:.3g} {made.unit} (scatter of {1e3 * made.scatter_hz:.3g} mHz)",
     ]
     if made.lag_s is not None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from drivers.errors import InputError
 from drivers.specimen import Measurand
+from platform_daemon.core.schemas.text import counted
 
 from .reference_file import Reference
 from .shots import Shots
@@ -45,5 +46,5 @@ def thermometer_readings(shots: Shots, measurand: Measurand, where: str) -> Refe
     read = np.isfinite(shots.celsius)
     if read.sum() < 2:
         what, remedy = "the temperature was not measured", "record with a thermometer, or give --reference FILE.csv"
-        raise InputError(what, where=where, why=f"{read.sum()} shots have a reading", remedy=remedy)
+        raise InputError(what, where=where, why=f"with a reading: {counted(int(read.sum()), 'shot')}", remedy=remedy)
     return Reference(shots.times_s[read], shots.celsius[read], np.zeros(int(read.sum())))

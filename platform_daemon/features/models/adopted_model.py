@@ -104,6 +104,13 @@ class AdoptedModel:
         """The same without its manufacturing error: where fits of the rotor start."""
         return replace(self, rotor=None)
 
+    @property
+    def diagnosed(self) -> dict[str, float]:
+        """What the diagnosis has found with it, by public name: means over its shots that are not 0."""
+        evidence: Any = self.evidence if isinstance(self.evidence, dict) else self.evidence.model_dump()
+        after = evidence.get("diagnosis", {}).get("parameters_after", {})
+        return {name: each["value"] for name, each in after.items() if each and each.get("value")}
+
     def check(self) -> None:
         """Check the names and the strengths that are held, without loading what the names stand for.
 

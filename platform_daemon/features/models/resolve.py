@@ -31,6 +31,16 @@ def resolve(text: str | None, library: Library | None) -> ModelChoice | None:
         raise InputError(f"no variant {text!r}", where="variant", why=unknown.why, remedy=remedy) from None
 
 
+def with_terms(model: ModelChoice, terms: Sequence[str]) -> ModelChoice:
+    """A model with further torque terms, none of which an adopted one takes.  Raises InputError."""
+    if not isinstance(model, AdoptedModel):
+        return checked_variant(model, terms)
+    if terms:
+        remedy = "diagnose on the base of it and adopt what is found, or leave the terms out"
+        raise InputError("an adopted model takes no further terms", where=model.label, remedy=remedy)
+    return model
+
+
 def model_of(model: ModelChoice) -> RingDownModel:
     """What a fit takes.  Raises InputError for a name that is not declared, or a term that cannot be used."""
     from platform_daemon.estimation.physics.models import model_named  # here, because numba is loaded with it

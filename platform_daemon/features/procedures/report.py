@@ -8,6 +8,7 @@ from typing import Any
 from platform_daemon.core.reporting.numbers import number
 from platform_daemon.core.reporting.tables import Column, tables_text
 from platform_daemon.core.schemas.parameters import definition_of
+from platform_daemon.core.schemas.text import counted
 from platform_daemon.core.schemas.value_sources import ValueSource, value_sources_text
 
 from .schema import PlannedStep, ProcedureResult, ProcedureSummary, StepReport, SweptValue
@@ -23,7 +24,8 @@ def plan_text(plan: ProcedureSummary) -> str:
         ("shots", [str(step.shots) for step in plan.steps]),
         ("duration / s", [f"{step.duration_s:.4g}" for step in plan.steps]),
     ]
-    total = f"{len(plan.steps)} steps, {plan.shots} shots, {plan.duration_s:.4g} s, {plan.disk_bytes / 1e6:.3g} MB"
+    made = f"{counted(len(plan.steps), 'step')}, {counted(plan.shots, 'shot')}"
+    total = f"{made}, {plan.duration_s:.4g} s, {plan.disk_bytes / 1e6:.3g} MB"
     rule = [] if plan.stop_when is None else [f"ends early when {plan.stop_when}"]
     notes = [*rule, *(f"warning: {text}" for text in plan.warnings)]
     return "\n".join([tables_text(plan.resonator, steps, columns), *_sources(plan.value_sources), total, *notes])

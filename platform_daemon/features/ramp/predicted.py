@@ -22,7 +22,7 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import (
     RigidRotor,
     RotorValues,
 )
-from platform_daemon.features.fit.corrected import reference_rotor
+from platform_daemon.features.fit.adopted_rotor import reference_rotor
 from platform_daemon.features.fit.known_moment import declared_specimen
 from platform_daemon.features.fit.measurement import VoltageMeasurement
 from platform_daemon.features.fit.rotor_context import rotor_context
@@ -68,7 +68,10 @@ def predicted_threshold(
         raise RecordingError("no threshold can be predicted", where=str(shot), why=why, remedy="measure with a sine")
     record = VoltageMeasurement.of(recording).signal(0).record
     first, drive, geometry = record.valid_from, known.drive, known.geometry
-    rotor, size_t = _at(main_hz, model, reference_rotor(model, known, specimen)), float(np.linalg.norm(drive.field_t))
+    rotor, size_t = (
+        _at(main_hz, model, reference_rotor(model, specimen, known.rotation)),
+        float(np.linalg.norm(drive.field_t)),
+    )
 
     def driven(field_t: float) -> CoilDrive:
         x, y, z = (component * field_t / size_t for component in drive.field_t)

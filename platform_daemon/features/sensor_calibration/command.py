@@ -20,7 +20,9 @@ __all__ = ["measurand_app"]
 
 @measurand_app.command()
 def calibrate(
-    specimen: Annotated[str, typer.Argument(help="Resonator, by name or file, with [measurand].")],
+    specimen: Annotated[
+        str, typer.Argument(help="Resonator with [measurand], by name (of --data, or shipped) or file.")
+    ],
     files: Annotated[
         list[Path] | None, typer.Argument(help="Recordings made while the reference was read; or --schedule.")
     ] = None,
@@ -39,9 +41,9 @@ def calibrate(
             "platform's thermometer."
         ),
     ] = None,
-    data: Annotated[Path, typer.Option("--data", help="Data folder of the daemon, which has the schedule.")] = Path(
-        "data"
-    ),
+    data: Annotated[
+        Path, typer.Option("--data", help="Data folder of the daemon: added resonators, and the schedule.")
+    ] = Path("data"),
     measurands: Annotated[
         Path | None, typer.Option("--measurands", help="Folder of the calibrations; default: that of --data.")
     ] = None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from platform_daemon.core.reporting.numbers import number
+from platform_daemon.core.schemas.text import counted
 
 from .schema import TuneOutcome
 
@@ -12,10 +13,10 @@ from .schema import TuneOutcome
 def outcome_text(found: TuneOutcome) -> str:
     """What tune has found, a line each; nothing where it has found nothing."""
     if found.f_nat_hz is None or found.sequence is None:
-        return f"not tuned after {found.shots} shots; the search began at {found.design_f_nat_hz:.5g} Hz"
+        return f"not tuned after {counted(found.shots, 'shot')}; the search began at {found.design_f_nat_hz:.5g} Hz"
     found_f, keys = found.f_nat_hz, found.sequence
     lines = [
-        f"f_nat {number(found_f.value, found_f.std)} Hz in {found.shots} shots, "
+        f"f_nat {number(found_f.value, found_f.std)} Hz in {counted(found.shots, 'shot')}, "
         f"begun at {found.design_f_nat_hz:.5g} Hz",
         f"f_TX {keys.f_tx_hz:g} Hz, {keys.tx_periods} periods, {1e6 * (keys.field_t or 0):.4g} uT: "
         f"about {math.degrees(found.swing_rad or 0):.3g} deg",

@@ -10,6 +10,7 @@ from typing import Any
 from drivers.errors import InputError, PlatformError, SequenceRejected
 from drivers.specimen import Specimen
 from platform_daemon.core.schemas.requests import AcquisitionRequest, SequencePatch
+from platform_daemon.core.schemas.text import counted
 from platform_daemon.core.schemas.value_sources import PROCEDURE, SHIPPED
 from platform_daemon.features.acquire.planning import untuned_sequence
 from platform_daemon.features.procedures.bench import ProcedureBench
@@ -270,7 +271,7 @@ class Tune:
         heard = "" if shot.heard is None else f"; a line at {shot.heard.frequency_hz:.5g} Hz rings"
         advice = "see the recording; keep one resonator near, check the calibration, or allow a higher max_field_t"
         return NotTuned(
-            f"f_nat could not be fitted twice alike in {self._found.shots} shots{heard}",
+            f"f_nat could not be fitted twice alike in {counted(self._found.shots, 'shot')}{heard}",
             where=self.request.acquisition.resonator,
             why=shot.report.reason or f"the last fit gives {shot.f_nat_hz:.5g} Hz",
             remedy="lower lna.gain: a weak field saturates the receiver already" if shot.saturated else advice,

@@ -102,7 +102,7 @@ def test_a_damaged_shot_is_set_aside_and_counted(tmp_path: Path) -> None:
     damaged.write_bytes(damaged.read_bytes()[:3000])
     assert recover(tmp_path) == [tmp_path / "a.h5"]
     r = open_recording(tmp_path / "a.h5")
-    assert r.provenance.incomplete == "stopped after 2 of 3 shots; 1 shot files were unreadable"
+    assert r.provenance.incomplete == "stopped after 2 of 3 shots; 1 shot file could not be read"
     assert [info.shot for info in r.frame_info] == [1, 3]
     assert (tmp_path / "a.h5.shot_000002.unreadable").stat().st_size == 3000
 

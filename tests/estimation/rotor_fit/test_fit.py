@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS as DIAGNOSIS_LIMITS
 from platform_daemon.estimation.physics.rigid_rotor.rotor import NO_DRIVE, STARTS, CoilDrive
@@ -11,14 +12,16 @@ from platform_daemon.estimation.rotor_fit.fit import (
     LIMITS,
     RotorFitError,
     exchanged,
+    expected_fit,
     fit_rotor,
     with_errors_of_held,
 )
-from platform_daemon.estimation.rotor_fit.parameters import free_parameters
+from platform_daemon.estimation.rotor_fit.parameters import HELD_WITH_A_DEFECT, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 from tests.kit.estimated_rotors import true_rotor
 from tests.kit.rigid_rotors import rigid_specimen
+from tests.kit.simulated_rotors import START_S, TX_S, simulated
 
 RATE_HZ, SAMPLES = 12000.0, 1800
 DRIVE = CoilDrive(field_t=(2.15e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=0.047, rx_start_s=0.058)
@@ -258,3 +261,35 @@ def test_a_shot_tells_the_law_of_a_contact_and_with_it_all_else_is_true(right, w
         fit_rotor([other], "stator_tilt_rad", pool, first_window_s=math.inf, to_beat=to_beat)
     for name in ("stator_tilt_rad", "f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2"):
         assert abs(getattr(found.values[0], name) - getattr(rotor.values, name)) < 4 * found.std[0][name], name
+
+
+@pytest.mark.parametrize(
+    ("defects", "seed"), [({"stator_tilt_rad": 0.01}, 11), ({"rotor_tilt_rad": -0.03}, 12), ({}, 13)]
+)
+def test_the_bound_of_a_planned_shot_is_what_fits_of_the_simulators_rotor_state_and_how_they_scatter(
+    defects, seed, pool
+):
+    """The simulator's rotor shares no line with that of the fit."""
+    rate_hz, samples, fits = 4000.0, 600, 12
+    specimen = rigid_specimen("thread", [0.0, 0.0, -9.81], 22.0, defects=defects)
+    exact = simulated(specimen, 215e-6, 212.0, samples, rate_hz)
+    drive = CoilDrive(
+        field_t=(215e-6, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=TX_S, rx_start_s=START_S, lag_s=0.0
+    )
+    rotor = true_rotor(specimen, drive)
+    shot = RotorShot(
+        samples=np.zeros_like(exact), rate_hz=rate_hz, sd=SD, geometry=rotor.geometry, drive=drive, values=rotor.values,
+        declared=rotor.values.rotation,
+    )  # fmt: skip
+    bound = expected_fit(shot, None, samples / rate_hz, pool, held=HELD_WITH_A_DEFECT).std[0]
+    rng, off = np.random.default_rng(seed), []
+    told = ("f_nat_hz", "m_r_am2", "lambda_per_s", "turn_u_rad", "turn_v_rad", "turn_w_rad")
+    for _ in range(fits):
+        noisy = replace(shot, samples=exact + SD[:, None] * rng.standard_normal(exact.shape))
+        found = fit_rotor([noisy], None, pool, first_window_s=1.0, held=HELD_WITH_A_DEFECT)
+        wider = math.sqrt(max(1.0, found.chi2_per_dof))
+        assert {name: std / wider for name, std in found.std[0].items()} == pytest.approx(bound, rel=0.02)
+        off.append([(getattr(found.values[0], n) - getattr(rotor.values, n)) / bound[n] for n in told])
+    squares = np.sum(np.square(off), axis=0)
+    low, high = chi2.ppf([1e-4, 1.0 - 1e-4], fits)
+    assert np.all((low < squares) & (squares < high)), dict(zip(told, squares / fits, strict=True))

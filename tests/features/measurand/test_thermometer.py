@@ -40,7 +40,7 @@ def test_every_shot_with_a_reading_of_the_thermometer_is_a_pair():
         (PRESSURE, [20.0, 21.0], r"no reading of pressure in mbar is known.*temperature in degC.*--reference FILE.csv"),
         (TEMPERATURE.model_copy(update={"unit": "K"}), [20.0, 21.0], "no reading of temperature in K is known"),
         (TEMPERATURE.model_copy(update={"corrected_for": "temperature"}), [20.0, 21.0], "cannot correct it"),
-        (TEMPERATURE, [20.0, np.nan], r"was not measured.*1 shots have a reading"),
+        (TEMPERATURE, [20.0, np.nan], r"was not measured.*with a reading: 1 shot"),
     ],
 )
 def test_what_the_thermometer_cannot_be_the_reference_of(measurand, celsius, said):
