@@ -99,6 +99,14 @@ STRIBECK_OF_PENDULUM = Effect(
     signature="lambda(window) rises faster than 1/phi as the motion dies",
     source="friction that falls with the speed: Stribeck 1902",
 )
+DAHL = Effect(
+    id="dahl_friction",
+    unit="rad/s^2",
+    sign=1,
+    separates=(_LONGER, _AMPLITUDE),
+    signature="as dry friction, and f_nat(window) rises as the motion dies",
+    source="a contact is a spring before it slides: Dahl 1968, Canudas de Wit et al. 1995",
+)
 CUBIC = Effect(
     id="cubic_restoring",
     unit="1",
@@ -164,6 +172,8 @@ def pendulum_candidates(
     if TERMS["stribeck_coulomb_friction"] not in model.terms:
         bounds = _LIMITS.slowest_scale * fastest_rad_per_s, _LIMITS.fastest_scale * fastest_rad_per_s
         found.append(_of_pendulum(_LIMITS.first_scale * fastest_rad_per_s, *bounds))
+    if TERMS["dahl_friction"] not in model.terms:
+        found.append(_dahl(*(share * largest_rad for share in _LIMITS.displacement_shares)))
     return found
 
 
@@ -186,6 +196,16 @@ def _of_pendulum(speed: float, slowest: float, fastest: float) -> Candidate:
     term = TERMS["stribeck_coulomb_friction"]
     limits = slowest, fastest
     return Candidate(STRIBECK_OF_PENDULUM, term=term, hidden=(speed,), scale_limits=limits, at_scale=at_scale)
+
+
+def _dahl(least_rad: float, displacement_rad: float, greatest_rad: float) -> Candidate:
+    """Dry friction that builds up over an angle between two limits."""
+
+    def at_scale(other: float) -> Candidate:
+        return _dahl(least_rad, other, greatest_rad)
+
+    term, limits = TERMS["dahl_friction"], (least_rad, greatest_rad)
+    return Candidate(DAHL, term=term, hidden=(displacement_rad,), scale_limits=limits, at_scale=at_scale)
 
 
 def _power(exponent: float, angle_rad: float) -> Candidate:

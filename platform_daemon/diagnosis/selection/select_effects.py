@@ -73,8 +73,7 @@ class _AngleSearch:
         return sets, beside
 
     def _torques(self, at: JointFit) -> TorqueSearch:
-        motions = [c for c in self._candidates if c.change is None]
-        return best_torques(at, motions, float(len(self._candidates)), self._pool, self._progress)
+        return best_torques(at, self._candidates, float(len(self._candidates)), self._pool, self._progress)
 
     def _beside(self, torques: JointFit, explained: JointFit | None = None) -> Selection:
         """What acts beside a set of torques; where little is left, torques too, for linear scores are right there."""
