@@ -1,4 +1,4 @@
-"""Effects on the reading of an angle: a scale that is not straight, as of a camera that looks askew or of an arm's shadow.
+"""Effects on the reading of an angle: a scale that is not straight, as of a camera that looks askew.
 
 The reading is phi + q phi^2 or phi + q phi^3, from where the swing rests: a line at two or three times its frequency
 that follows the square or the cube of the amplitude, while the motion itself is that of the declared model.

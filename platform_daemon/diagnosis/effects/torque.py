@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -173,7 +174,8 @@ def pendulum_candidates(
         bounds = _LIMITS.slowest_scale * fastest_rad_per_s, _LIMITS.fastest_scale * fastest_rad_per_s
         found.append(_of_pendulum(_LIMITS.first_scale * fastest_rad_per_s, *bounds))
     if TERMS["dahl_friction"] not in model.terms:
-        found.append(_dahl(*(share * largest_rad for share in _LIMITS.displacement_shares)))
+        w = fastest_rad_per_s / (2.0 * math.sin(0.5 * largest_rad))
+        found.append(_dahl(*(share * largest_rad for share in _LIMITS.displacement_shares), w=w))
     return found
 
 
@@ -198,14 +200,20 @@ def _of_pendulum(speed: float, slowest: float, fastest: float) -> Candidate:
     return Candidate(STRIBECK_OF_PENDULUM, term=term, hidden=(speed,), scale_limits=limits, at_scale=at_scale)
 
 
-def _dahl(least_rad: float, displacement_rad: float, greatest_rad: float) -> Candidate:
-    """Dry friction that builds up over an angle between two limits."""
+def _dahl(least_rad: float, displacement_rad: float, greatest_rad: float, w: float) -> Candidate:
+    """Dry friction that builds up over an angle between two limits, by a contact no stiffer than the pendulum."""
 
     def at_scale(other: float) -> Candidate:
-        return _dahl(least_rad, other, greatest_rad)
+        return _dahl(least_rad, other, greatest_rad, w)
 
-    term, limits = TERMS["dahl_friction"], (least_rad, greatest_rad)
-    return Candidate(DAHL, term=term, hidden=(displacement_rad,), scale_limits=limits, at_scale=at_scale)
+    return Candidate(
+        DAHL,
+        term=TERMS["dahl_friction"],
+        hidden=(displacement_rad,),
+        largest=_LIMITS.stiffest_contact * displacement_rad * w**2,
+        scale_limits=(least_rad, greatest_rad),
+        at_scale=at_scale,
+    )
 
 
 def _power(exponent: float, angle_rad: float) -> Candidate:
