@@ -67,13 +67,12 @@ def test_a_filtered_angle_is_judged_by_the_noise_that_the_filter_left():
     assert abs(friction.value - 0.002 * (2.0 * np.pi * NATURAL_HZ) ** 2) < 4.0 * friction.std
 
 
-@pytest.mark.parametrize("displacement", [0.01, pytest.param(0.05, marks=pytest.mark.long)])
-def test_a_contact_that_is_a_spring_before_it_slides_is_one_effect(displacement):
-    report = diagnosed(bristle(0.8, 40.0, 0.003, displacement), 3e-4)
+def test_a_contact_that_is_a_spring_before_it_slides_is_one_effect():
+    report = diagnosed(bristle(0.8, 40.0, 0.003, 0.01), 3e-4)
     assert (report.verdict, [e.id for e in report.effects]) == ("explained", ["dahl_friction"])
     (named,) = report.effects
     assert named.strength.value == pytest.approx(0.003 * (2.0 * np.pi * NATURAL_HZ) ** 2, rel=0.03)
-    assert named.detail.hidden_scales()["dahl_displacement_rad"] == pytest.approx(displacement, rel=0.2)
+    assert named.detail.hidden_scales()["dahl_displacement_rad"] == pytest.approx(0.01, rel=0.2)
 
 
 @pytest.mark.parametrize(("name", "power"), [("quadratic_nonlinearity", 2), ("cubic_nonlinearity", 3)])

@@ -175,7 +175,8 @@ def pendulum_candidates(
         found.append(_of_pendulum(_LIMITS.first_scale * fastest_rad_per_s, *bounds))
     if TERMS["dahl_friction"] not in model.terms:
         w = fastest_rad_per_s / (2.0 * math.sin(0.5 * largest_rad))
-        found.append(_dahl(*(share * largest_rad for share in _LIMITS.displacement_shares), w=w))
+        least, first, greatest = (share * largest_rad for share in _LIMITS.displacement_shares)
+        found.append(_dahl(least, first, greatest, w))
     return found
 
 

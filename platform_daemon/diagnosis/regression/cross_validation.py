@@ -137,7 +137,7 @@ def _split_in_time(at: JointFit, k: int) -> HeldOutScore:
     own = linear.free.size
     for _ in range(_LIMITS.prediction_steps):
         both = np.concatenate([linear.base(), linear.columns], axis=1)[keep]
-        step, fall = _solved(both, linear.residual[keep])
+        step, fall = least_squares_step(both, linear.residual[keep])
         if not np.all(np.abs(step) < _BOUNDLESS):
             raise LostTrajectoryError("the beginning of the shot does not determine the strengths")
         if fall < _LIMITS.settled_chi2:
@@ -183,7 +183,7 @@ def _descended(
     return None
 
 
-def _solved(columns: Array, residual: Array) -> tuple[Array, float]:
+def least_squares_step(columns: Array, residual: Array) -> tuple[Array, float]:
     """Least-squares step and the fall of chi^2 it predicts."""
     norm = np.linalg.norm(columns, axis=0)
     norm = np.where(norm > 0.0, norm, 1.0)  # of a loss that is held; a rounding error over next to nothing is no step
@@ -278,7 +278,7 @@ def _fitted(
     for _ in range(_LIMITS.prediction_steps):
         columns = np.concatenate([_parts(linear, linear.base(), keep)[0], prior])
         residual = np.concatenate([_parts(linear, linear.residual, keep)[0], (mean - change) / sd])
-        step, fall = _solved(columns, residual)
+        step, fall = least_squares_step(columns, residual)
         if fall < _LIMITS.settled_chi2:
             break
         for fraction in _LIMITS.prediction_fractions:

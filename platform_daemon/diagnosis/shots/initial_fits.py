@@ -111,7 +111,7 @@ def _nearer_mirror_image(state: FitState, reference: FitState, model: RingDownMo
 
 def _start(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | UnfittedShot:
     try:
-        state = _from_before(by_convention(_minimum(shot, model), model), model)
+        state = anchored_before(by_convention(_minimum(shot, model), model), model)
         last = _end(shot, model, state)
     except (RefusedError, LostTrajectoryError) as error:
         return UnfittedShot(shot, str(error))
@@ -120,7 +120,7 @@ def _start(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | Unfitted
     return PreparedShot(shot, state, grids, whitening_for(shot, grids, frequency_hz))
 
 
-def _from_before(state: FitState, model: RingDownModel) -> FitState:
+def anchored_before(state: FitState, model: RingDownModel) -> FitState:
     """The state with its anchor before the first sample, where it lies long after it.
 
     A motion arrives at an anchor without another turning point in between. Of a swing that is released at the first
