@@ -14,6 +14,7 @@ from platform_daemon.estimation.physics.models import RingDownModel
 from .effects.additive import zero_drifts
 from .effects.effect import Candidate
 from .effects.kick import KICK
+from .effects.reading import reading_candidates
 from .effects.receiver import receiver_candidates
 from .effects.torque import (
     drift_candidate,
@@ -103,7 +104,8 @@ def candidates_for(base: JointFit) -> list[Candidate]:
         fastest = max(2.0 * s.dynamics.w * math.sin(0.5 * abs(s.dynamics.amplitude)) for s in base.states)
         longest_s = max(float(s.time_s[-1]) for s in base.prepared)
         largest = max(abs(s.dynamics.amplitude) for s in base.states)
-        return [*pendulum_candidates(model, fastest, longest_s, largest), *zero_drifts(longest_s), *kicks(base)]
+        motion = pendulum_candidates(model, fastest, longest_s, largest)
+        return [*motion, *reading_candidates(largest), *zero_drifts(longest_s), *kicks(base)]
     small = all(abs(s.dynamics.amplitude) < THRESHOLDS.effects.hertz_law_rad for s in base.states)
     found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
     # A weak drift too: without it others imitate one that comes to rest.

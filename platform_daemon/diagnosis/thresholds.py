@@ -80,6 +80,10 @@ class Effects:
     slowest_scale: float = 0.05  # least velocity scale of a pendulum's friction, of the swing's peak speed [A]
     fastest_scale: float = 2.0  # greatest velocity scale of a pendulum's friction, of the swing's peak speed [A]
     first_scale: float = 0.3  # velocity scale at which the search begins, of the peak speed [A]
+    # angle over which a friction builds up, of the amplitude: least, where its search begins, greatest [unset]
+    displacement_shares: tuple[float, float, float] = (0.005, 0.05, 1.0)
+    stiffest_contact: float = 1.0  # over w^2; beyond, a small swing is that of the contact itself [physics]
+    steepest_scale: float = 0.5  # relative error of an angle scale's slope beyond which it is no scale of it [unset]
     largest_anharmonicity: float = 1.0  # strength at 1 rad of a pendulum beyond which it is another spring [A]
     largest_torsion: float = 1.0  # torsion stiffness of a pendulum beyond which it is another spring [A]
     largest_cubic: float = 0.5  # cubic stiffness at 1 rad of a pendulum beyond which it is another spring [A]

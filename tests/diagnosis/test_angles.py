@@ -12,7 +12,7 @@ from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.estimation.noise.model import estimate_noise
 from platform_daemon.estimation.physics.models import MODELS
 from platform_daemon.estimation.record import RingDownRecord
-from tests.kit.pendulum import NATURAL_HZ, RATE, kicked, swing
+from tests.kit.pendulum import NATURAL_HZ, RATE, bristle, kicked, swing
 
 
 def diagnosed(angle, noise, seed=1):
@@ -65,3 +65,21 @@ def test_a_filtered_angle_is_judged_by_the_noise_that_the_filter_left():
     assert 0.1 < report.held_out.chi2_per_dof_after < 2.0
     friction = report.effects[0].strength
     assert abs(friction.value - 0.002 * (2.0 * np.pi * NATURAL_HZ) ** 2) < 4.0 * friction.std
+
+
+def test_a_contact_that_is_a_spring_before_it_slides_is_one_effect():
+    report = diagnosed(bristle(0.8, 40.0, 0.003, 0.01), 3e-4)
+    assert (report.verdict, [e.id for e in report.effects]) == ("explained", ["dahl_friction"])
+    (named,) = report.effects
+    assert named.strength.value == pytest.approx(0.003 * (2.0 * np.pi * NATURAL_HZ) ** 2, rel=0.03)
+    assert named.detail.hidden_scales()["dahl_displacement_rad"] == pytest.approx(0.01, rel=0.2)
+
+
+@pytest.mark.parametrize(("name", "power"), [("quadratic_nonlinearity", 2), ("cubic_nonlinearity", 3)])
+@pytest.mark.parametrize("bent", [0.02, pytest.param(0.1, marks=pytest.mark.long)])
+def test_a_scale_that_is_not_straight_is_no_torque(name, power, bent):
+    angle = swing(0.8, 25.0)
+    report = diagnosed(angle + bent * angle**power, 5e-4)
+    assert (report.verdict, [e.id for e in report.effects]) == ("explained", [name])
+    (named,) = report.effects
+    assert abs(named.strength.value - bent) < 4.0 * named.strength.std

@@ -70,6 +70,7 @@ NOT_TUNED = {
     "physics/torques/bias_torque.py": (TYPICAL, {1e-2}),
     "physics/torques/coulomb_friction.py": (TYPICAL, {7e-4}),
     "physics/torques/cubic_restoring.py": (TYPICAL, {1e-2, 3.0}),
+    "physics/torques/dahl_friction.py": (TYPICAL, {7e-4, 0.03, 0.25, 1e-9}),
     "physics/torques/dispatch.py": ("codes of the torque terms", {*range(3, 13), 1000, 0xFFFF}),
     "physics/torques/frequency_drift.py": (TYPICAL, {1e-6}),
     "physics/torques/frequency_settling.py": (TYPICAL, {1e-6, 1e-3}),

@@ -65,3 +65,15 @@ def kicked(amplitude, periods, at_period, change, viscous=0.004, dry=0.0):
                 y = np.array([y[0], 0.0])
         y = y + np.array([0.0, change])
     return out
+
+
+def bristle(amplitude, periods, friction, displacement, viscous=0.004):
+    """The same with a contact that is a spring before it slides (Dahl), in units of I w^2 and rad."""
+    s = 2 * math.pi * NATURAL_HZ * np.arange(int(periods * RATE / NATURAL_HZ)) / RATE
+
+    def rates(_, y):
+        pull = -math.sin(y[0]) - 2 * viscous * y[1] - friction * y[2]
+        return [y[1], pull, (y[1] - abs(y[1]) * y[2]) / displacement]
+
+    begin = amplitude, 0.0, math.tanh(amplitude / displacement)  # as it was swinging so before
+    return solve_ivp(rates, (0.0, s[-1]), begin, "LSODA", s, rtol=1e-10, atol=1e-12, max_step=0.1).y[0]

@@ -36,6 +36,7 @@ TORQUE_TERMS = {
     "frequency_drift": ("frequency_drift_per_s",),
     "frequency_settling": ("frequency_settling_per_s", "frequency_settling_rate_per_s"),
     "power_restoring": ("power_restoring", "power_restoring_exponent", "power_restoring_angle_rad"),
+    "dahl_friction": ("dahl_rad_per_s2", "dahl_displacement_rad"),
 }
 """By name of a torque term the public names of its coefficients: first its strength, then scales that stay hidden."""
 

@@ -77,6 +77,9 @@ _TABLE = (
     _P("power_restoring", "k_p", "$k_p$", "1", "", 1.0, "further restoring torque -k_p ω² a (|φ|/a)^p sgn(φ)"),
     _P("power_restoring_exponent", "p", "$p$", "1", "", 1.0, "its power of the deflection"),
     _P("power_restoring_angle_rad", "a", "$a$", "rad", "rad", 1.0, "its deflection at which it is k_p of a spring"),
+    _P("dahl_rad_per_s2", "a_d", "$a_d$", "rad/s^2", "rad s⁻²", 1.0,
+       "dry friction that builds up after each turn, per inertia"),
+    _P("dahl_displacement_rad", "d_s", "$d_s$", "rad", "rad", 1.0, "angle over which it builds up"),
     _P("weight_over_pull", "g", "$g$", "1", "", 1.0,
        "weight of the rotor over the pull of the magnets; friction × (cos φ + g)^(4/3) / cos^(4/3) φ"),
 )  # fmt: skip

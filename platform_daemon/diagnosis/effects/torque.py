@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -99,6 +100,14 @@ STRIBECK_OF_PENDULUM = Effect(
     signature="lambda(window) rises faster than 1/phi as the motion dies",
     source="friction that falls with the speed: Stribeck 1902",
 )
+DAHL = Effect(
+    id="dahl_friction",
+    unit="rad/s^2",
+    sign=1,
+    separates=(_LONGER, _AMPLITUDE),
+    signature="as dry friction, and f_nat(window) rises as the motion dies",
+    source="a contact is a spring before it slides: Dahl 1968, Canudas de Wit et al. 1995",
+)
 CUBIC = Effect(
     id="cubic_restoring",
     unit="1",
@@ -164,6 +173,10 @@ def pendulum_candidates(
     if TERMS["stribeck_coulomb_friction"] not in model.terms:
         bounds = _LIMITS.slowest_scale * fastest_rad_per_s, _LIMITS.fastest_scale * fastest_rad_per_s
         found.append(_of_pendulum(_LIMITS.first_scale * fastest_rad_per_s, *bounds))
+    if TERMS["dahl_friction"] not in model.terms:
+        w = fastest_rad_per_s / (2.0 * math.sin(0.5 * largest_rad))
+        least, first, greatest = (share * largest_rad for share in _LIMITS.displacement_shares)
+        found.append(_dahl(least, first, greatest, w))
     return found
 
 
@@ -186,6 +199,22 @@ def _of_pendulum(speed: float, slowest: float, fastest: float) -> Candidate:
     term = TERMS["stribeck_coulomb_friction"]
     limits = slowest, fastest
     return Candidate(STRIBECK_OF_PENDULUM, term=term, hidden=(speed,), scale_limits=limits, at_scale=at_scale)
+
+
+def _dahl(least_rad: float, displacement_rad: float, greatest_rad: float, w: float) -> Candidate:
+    """Dry friction that builds up over an angle between two limits, by a contact no stiffer than the pendulum."""
+
+    def at_scale(other: float) -> Candidate:
+        return _dahl(least_rad, other, greatest_rad, w)
+
+    return Candidate(
+        DAHL,
+        term=TERMS["dahl_friction"],
+        hidden=(displacement_rad,),
+        largest=_LIMITS.stiffest_contact * displacement_rad * w**2,
+        scale_limits=(least_rad, greatest_rad),
+        at_scale=at_scale,
+    )
 
 
 def _power(exponent: float, angle_rad: float) -> Candidate:

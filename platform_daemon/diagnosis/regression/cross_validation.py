@@ -133,16 +133,19 @@ def _split_in_time(at: JointFit, k: int) -> HeldOutScore:
     prepared, hypothesis = at.prepared[k], at.hypothesis
     keep = _rows(prepared, _LIMITS.split_share)
     state, strengths = at.states[k], at.strengths
+    linear = linearise_shot(prepared, hypothesis, state, strengths)
+    own = linear.free.size
     for _ in range(_LIMITS.prediction_steps):
-        linear = linearise_shot(prepared, hypothesis, state, strengths)
         both = np.concatenate([linear.base(), linear.columns], axis=1)[keep]
-        step, fall = _solved(both, linear.residual[keep])
+        step, fall = least_squares_step(both, linear.residual[keep])
         if not np.all(np.abs(step) < _BOUNDLESS):
             raise LostTrajectoryError("the beginning of the shot does not determine the strengths")
-        own = linear.free.size
-        state, strengths = state.moved(step[:own]), strengths + step[own:]
         if fall < _LIMITS.settled_chi2:
             break
+        better = _descended(linear, prepared, hypothesis, state, strengths, step, keep)
+        if better is None:
+            break
+        linear, state, strengths = better
     size = len(_places(at))
     _, whole = _fitted(
         prepared,
@@ -158,9 +161,32 @@ def _split_in_time(at: JointFit, k: int) -> HeldOutScore:
     return _scored(prepared, hypothesis, state, strengths, keep=keep, begin=begin, whole=whole, known=nothing)
 
 
-def _solved(columns: Array, residual: Array) -> tuple[Array, float]:
+def _descended(
+    linear: LinearisedShot,
+    prepared: PreparedShot,
+    hypothesis: Hypothesis,
+    state: FitState,
+    strengths: Array,
+    step: Array,
+    keep: np.ndarray,
+) -> tuple[LinearisedShot, FitState, Array] | None:
+    """After the longest of some parts of a step that goes down in the kept rows; None: none does."""
+    own, before = linear.free.size, float(np.sum(linear.residual[keep] ** 2))
+    for fraction in _LIMITS.prediction_fractions:
+        moved, stronger = state.moved(fraction * step[:own]), strengths + fraction * step[own:]
+        try:
+            trial = linearise_shot(prepared, hypothesis, moved, stronger)
+        except LostTrajectoryError:
+            continue
+        if float(np.sum(trial.residual[keep] ** 2)) < before:
+            return trial, moved, stronger
+    return None
+
+
+def least_squares_step(columns: Array, residual: Array) -> tuple[Array, float]:
     """Least-squares step and the fall of chi^2 it predicts."""
-    norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    norm = np.linalg.norm(columns, axis=0)
+    norm = np.where(norm > 0.0, norm, 1.0)  # of a loss that is held; a rounding error over next to nothing is no step
     scaled = columns / norm
     step = np.linalg.lstsq(scaled, residual, rcond=_LIMITS.step_rank)[0]
     return step / norm, float(residual @ (scaled @ step))
@@ -252,7 +278,7 @@ def _fitted(
     for _ in range(_LIMITS.prediction_steps):
         columns = np.concatenate([_parts(linear, linear.base(), keep)[0], prior])
         residual = np.concatenate([_parts(linear, linear.residual, keep)[0], (mean - change) / sd])
-        step, fall = _solved(columns, residual)
+        step, fall = least_squares_step(columns, residual)
         if fall < _LIMITS.settled_chi2:
             break
         for fraction in _LIMITS.prediction_fractions:

@@ -112,7 +112,7 @@ def _one(at: JointFit, k: int, scale: tuple[float, float]) -> tuple[_Part, _Part
         torque = linear.linearisation.white(answers)
     except LostTrajectoryError:
         torque = np.zeros((len(powers()), linear.residual.size))
-    phase = sample_motion(prepared, model, state).phase
+    phase = sample_motion(prepared, at.hypothesis.augmented, at.full_state(k)).phase
     envelopes = linear.linearisation.white(_envelopes(phase, prepared.time_s, linear))
     accepted = linear.columns.T
     return linear.projected(np.concatenate([accepted, torque])), linear.projected(np.concatenate([accepted, envelopes]))

@@ -73,12 +73,11 @@ class _AngleSearch:
         return sets, beside
 
     def _torques(self, at: JointFit) -> TorqueSearch:
-        motions = [c for c in self._candidates if c.change is None]
-        return best_torques(at, motions, float(len(self._candidates)), self._pool, self._progress)
+        return best_torques(at, self._candidates, float(len(self._candidates)), self._pool, self._progress)
 
     def _beside(self, torques: JointFit, explained: JointFit | None = None) -> Selection:
         """What acts beside a set of torques; where little is left, torques too, for linear scores are right there."""
-        offered = [c for c in self._candidates if c.term is None or _quiet(torques)]
+        offered = [c for c in self._candidates if (c.term is None and c.change is None) or _quiet(torques)]
         return StepwiseSearch(self._base, offered, self._pool, self._progress, explained).run(torques)
 
     def _again(self, sets: TorqueSearch, found: Selection) -> tuple[TorqueSearch, Selection] | None:

@@ -214,6 +214,7 @@ def _predicts(smaller: TorqueSet, larger: TorqueSet) -> bool:
 
 
 def _patches(larger: JointFit, smaller: JointFit) -> bool:
-    """The larger set has a kick, or a torque that depends on time, which may mend what laws of the motion miss."""
+    """The larger set has what may mend what laws of the motion miss: a kick, a curved scale, a torque of time."""
     new_time = timed_torques(larger) and not timed_torques(smaller)
-    return (new_time and time_is_doubtful(larger)) or KICK in _keys(larger) - _keys(smaller)
+    curved = len(larger.hypothesis.receivers) > len(smaller.hypothesis.receivers)
+    return (new_time and time_is_doubtful(larger)) or curved or KICK in _keys(larger) - _keys(smaller)

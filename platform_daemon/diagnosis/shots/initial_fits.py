@@ -16,7 +16,9 @@ from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation, FreeGainObservation
 from platform_daemon.estimation.least_squares.public_parameters import by_convention
 from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.ring_down import dynamics_through
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.physics.trajectory.state_at_zero import state_at_zero
 from platform_daemon.estimation.physics.trajectory.turning_points import turning_points
 from platform_daemon.estimation.prepared_record import prepare_record
 from platform_daemon.estimation.record import RingDownRecord
@@ -109,13 +111,29 @@ def _nearer_mirror_image(state: FitState, reference: FitState, model: RingDownMo
 
 def _start(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | UnfittedShot:
     try:
-        state = by_convention(_minimum(shot, model), model)
+        state = anchored_before(by_convention(_minimum(shot, model), model), model)
         last = _end(shot, model, state)
     except (RefusedError, LostTrajectoryError) as error:
         return UnfittedShot(shot, str(error))
     frequency_hz = state.dynamics.w / (2.0 * math.pi)
     grids = grids_for(shot.record, last, frequency_hz)
     return PreparedShot(shot, state, grids, whitening_for(shot, grids, frequency_hz))
+
+
+def anchored_before(state: FitState, model: RingDownModel) -> FitState:
+    """The state with its anchor before the first sample, where it lies long after it.
+
+    A motion arrives at an anchor without another turning point in between. Of a swing that is released at the first
+    sample an anchor half a cycle later is at the very limit of that, and no effect could move it further.
+    """
+    d = state.dynamics
+    if d.theta > -0.5 * math.pi:
+        return state
+    (phi, v), _ = state_at_zero(model, d)
+    try:
+        return replace(state, dynamics=dynamics_through(model, w=d.w, values=d.values, phi=float(phi), v=float(v)))
+    except (ValueError, LostTrajectoryError):
+        return state
 
 
 def _minimum(shot: DiagnosisShot, model: RingDownModel) -> FitState:

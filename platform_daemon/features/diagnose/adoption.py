@@ -34,6 +34,8 @@ _NOT_A_MODEL = {
     "side_mode": "excite along another axis or with a lower field, or shorten the window",
     "switch_transient": "lengthen the switch window, or start the fit later",
     "zero_drift": "let the encoder warm up, or mount the camera firmly; fits take a slow drift out of each record",
+    "quadratic_nonlinearity": "calibrate the scale of the angle, correct the samples and diagnose again",
+    "cubic_nonlinearity": "calibrate the scale of the angle, correct the samples and diagnose again",
     "kick": "keep the stand from being touched; a kick belongs to one recording only",
     "friction_fluctuation": "clean the contact, or average over more shots: errors of their means contain its scatter",
     "clock_gap": "repair the data acquisition; samples that are missing belong to no model",
@@ -165,7 +167,7 @@ _MEASURE_MORE = "measure what the diagnosis proposes next, and diagnose again"
 
 
 def _refuse(effect: NamedEffect, others: list[str]) -> None:
-    why = "it adds to the data and belongs to one measurement, not to the resonator or the receiver"
+    why = "it belongs to the data of one measurement, not to the resonator or the receiver"
     if effect.id == FRICTION_FLUCTUATION.id:
         why = "its course is another one in every shot, which no model can hold"
     remedy = _NOT_A_MODEL.get(effect.id, "treat its cause")

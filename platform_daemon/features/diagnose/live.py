@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     """Key of the measurement, why it is made, its plan, and the proposal that it follows."""
 
 NEVER_AT_ONCE = ("calibrate_2f",)  # ends in another calibration file, not in another series
+_OUT_OF_BUDGET = "out of budget"
 _FIELDS = (0.5, 0.25)  # of the first series
 _WINDOWS = (2.0, 4.0)
 _SHOTS = (4, 8)
@@ -105,6 +106,8 @@ class LiveDiagnosis:
             self._round(*todo)
             self.stopped = self._reason_to_stop()
             if self.stopped:
+                if self.stopped.startswith(_OUT_OF_BUDGET):
+                    self._list_manual_steps()
                 return
             todo = self._next()
         self.stopped = "out of ideas: no proposed measurement is left that the platform can do by itself"
@@ -179,8 +182,8 @@ class LiveDiagnosis:
         if self.found.verdict == "explained" and not _confused(self.found):
             return "explained, and told apart from look-alikes"
         if self._shots >= self.budget.shots:
-            return "out of budget: shots"
-        return "out of budget: time" if time.monotonic() - self._began_s >= self.budget.seconds else ""
+            return f"{_OUT_OF_BUDGET}: shots"
+        return f"{_OUT_OF_BUDGET}: time" if time.monotonic() - self._began_s >= self.budget.seconds else ""
 
     def _next(self) -> Step | None:
         """The best proposal that can be carried out, planned."""
@@ -211,6 +214,13 @@ class LiveDiagnosis:
             return False
         self._done[step.key] = 1
         return True
+
+    def _list_manual_steps(self) -> None:
+        """Those that the last diagnosis proposes, wherever it ranks them: a person may do them without the platform."""
+        assert self.found is not None
+        for step in (proposal.measurement for proposal in self.found.next_measurements):
+            if not step.automatic and step.key not in self._done:
+                self.left.setdefault(step.key, step.what)
 
     def _requests(self, key: str) -> Iterator[AcquisitionRequest]:
         """What is left to try of an automatic measurement."""

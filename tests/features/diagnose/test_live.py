@@ -3,6 +3,7 @@
 import json
 import signal
 import subprocess
+from dataclasses import replace
 
 import pytest
 
@@ -13,11 +14,11 @@ from platform_daemon.features.diagnose.live import Budget, Callbacks, LiveDiagno
 from tests.kit.command_line import COMMAND, assert_one_line_error, here, wait_for
 
 
-def loop(engine, folder, budget=6, seconds=600.0, callbacks=None, **keys):
+def loop(engine, folder, budget=6, seconds=600.0, callbacks=None, kind=LiveDiagnosis, **keys):
     request = AcquisitionRequest(
         **{"resonator": "thread", "shots": 2, "sequence": {"rx_s": 0.5}, "window": None, **keys}
     )
-    return LiveDiagnosis(engine, request, folder, Budget(budget, seconds), callbacks or Callbacks())
+    return kind(engine, request, folder, Budget(budget, seconds), callbacks or Callbacks())
 
 
 def hidden(text):
@@ -48,6 +49,15 @@ def test_look_alikes_are_told_apart_by_what_the_platform_measures_next(engine_wi
     assert sorted(tmp_path.glob("*.h5")) == sorted(tmp_path / r.file for r in live.rounds)
 
 
+class TurnedFirst(LiveDiagnosis):
+    """With this manual step before all others, of which chance decides where it ranks."""
+
+    def _next(self):
+        ranked = sorted(self.found.next_measurements, key=lambda p: p.measurement.key != "turn_90_deg")
+        self.found = replace(self.found, next_measurements=tuple(ranked))
+        return super()._next()
+
+
 @pytest.mark.campaign
 def test_the_budget_ends_the_loop_and_manual_steps_are_asked_once_or_listed(engine_with, tmp_path):
     engine, asked = engine_with(hidden('id="channel_delay", strength=2e-6, axis="y"')), []
@@ -62,7 +72,9 @@ def test_the_budget_ends_the_loop_and_manual_steps_are_asked_once_or_listed(engi
         asked.append(step.key)
         return True
 
-    live = loop(engine, tmp_path, budget=4, sequence={"rx_s": 1.0}, callbacks=Callbacks(confirmed=done))
+    live = loop(
+        engine, tmp_path, budget=4, sequence={"rx_s": 1.0}, callbacks=Callbacks(confirmed=done), kind=TurnedFirst
+    )
     live.run()
     assert asked == ["turn_90_deg"]
     assert [r.measurement for r in live.rounds] == ["first_series", "turn_90_deg"]

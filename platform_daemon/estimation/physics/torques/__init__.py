@@ -6,6 +6,8 @@ coulomb_friction: Dry friction of constant size, -sgn(phi') a: eq:Jewel_ODE_norm
     Hertz contact.
 cubic_restoring: A restoring torque that grows with the cube of the deflection, -k3 w^2 phi^3: a spring that stiffens,
     a wire.
+dahl_friction: Dry friction that builds up over an angle d after each turning point A, -s a [1 - exp(-s phi/d) /
+    cosh(A/d)].
 dispatch: The one place where the kernel meets the terms: a number in, the term's acceleration and derivatives out.
 frequency_drift: A natural frequency that changes while the resonator rings: f_nat(t) = f_nat (1 + d t), t = 0 at
     the first sample.
@@ -39,6 +41,7 @@ from .angle_dependent_damping import ANGLE_DEPENDENT_DAMPING
 from .bias_torque import BIAS_TORQUE
 from .coulomb_friction import COULOMB_FRICTION
 from .cubic_restoring import CUBIC_RESTORING
+from .dahl_friction import DAHL_FRICTION
 from .dispatch import TIMED_FROM
 from .frequency_drift import FREQUENCY_DRIFT
 from .frequency_settling import FREQUENCY_SETTLING
@@ -73,7 +76,7 @@ AUTONOMOUS = (
 )
 TIMED = (FREQUENCY_DRIFT, FREQUENCY_SETTLING)
 # Terms that are compiled by themselves, without a decorator: no kernel is compiled again for one of them.
-SEPARATE_BUILT_IN: tuple[TorqueTerm, ...] = (POWER_RESTORING,)
+SEPARATE_BUILT_IN: tuple[TorqueTerm, ...] = (POWER_RESTORING, DAHL_FRICTION)
 # In the place of a listed term where more is known of the resonator; nobody chooses them by name.
 IN_PLACE: tuple[TorqueTerm, ...] = (HERTZ_FRICTION_UNDER_WEIGHT,)
 FROM_PACKAGES, BROKEN = own_terms((*AUTONOMOUS, *TIMED, *SEPARATE_BUILT_IN))
@@ -108,6 +111,7 @@ __all__ = [
     "BROKEN",
     "COULOMB_FRICTION",
     "CUBIC_RESTORING",
+    "DAHL_FRICTION",
     "FREQUENCY_DRIFT",
     "FREQUENCY_SETTLING",
     "FROM_PACKAGES",

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from platform_daemon.estimation.numerics.chebyshev import sizes_for
+from platform_daemon.estimation.numerics.chebyshev import MOST_SIZES, sizes_for
 from platform_daemon.estimation.numerics.jit import part
 from platform_daemon.estimation.physics.torques.dispatch import acceleration
 from platform_daemon.estimation.thresholds import THRESHOLDS
@@ -41,7 +41,9 @@ def next_band(walk, s_end, codes, widths, c, digits):  # type: ignore[no-untyped
     low, high = remaining_sizes(size, left, -math.copysign(1.0, angle), codes, widths, c, ratio)
     if first:
         walk[WALK_RATIO] = min(_WIDEST_BAND, _ROOM * high / low)
-        walk[WALK_SIZES] = sizes_for(size, walk[WALK_RATIO], digits)
+        # A term with a scale of its own changes faster with the size than the orbit does.
+        scaled = widths.max() > 1
+        walk[WALK_SIZES] = MOST_SIZES if scaled else sizes_for(size, walk[WALK_RATIO], digits)
     return low, high, int(walk[WALK_SIZES])
 
 
