@@ -76,7 +76,6 @@ def assess_fit(prepared: PreparedRecord, problem: FitProblem, best: Minimum, res
     return FitResult(
         verdict="good",
         warnings=(
-            *chosen.warnings,
             *lack_of_fit_warnings(
                 residual,
                 found,

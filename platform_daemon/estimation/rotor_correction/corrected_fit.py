@@ -120,7 +120,7 @@ def _one_angle_fit(record: RingDownRecord, prepared: _Prepared, table: Correctio
     sums = best.moments.products[:, -1]
     return FitResult(
         verdict="good",
-        warnings=(*prepared.chosen.warnings, *warned, *problem.doubts),
+        warnings=(*warned, *problem.doubts),
         notes=(*prepared.chosen.notes, *problem.knowledge.notes),
         parameters=public.parameters,
         covariance=public.covariance,

@@ -17,8 +17,6 @@ from .crest import crest_factor
 LIMITS = THRESHOLDS.screening
 N50_SECONDS = LIMITS.n50_s
 
-RECORD_TOO_SHORT = "record_too_short"
-"""Of the warning that fewer seconds were fitted than were requested."""
 Window = Literal["n50", "d30"] | float
 
 
@@ -29,7 +27,6 @@ class SampleRange:
     first: int
     last: int
     notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
 
 
 def check_window(window: Window) -> None:
@@ -42,10 +39,7 @@ def check_window(window: Window) -> None:
 
 
 def select_window(record: RingDownRecord, window: Window, frequency_hz: float, noise_sd: Array) -> SampleRange:
-    """Resolve a window to samples; a record that is too short for it is used whole, and says so.
-
-    A note where it has not decayed, or where filters have taken its end; a warning where more seconds were requested
-    than were recorded.  It is not refused: the fit is right for what there is, and a batch has records of all lengths.
+    """Resolve a window to samples; a record that is too short for it is used whole, with a note.
 
     Args:
         record: the record.
@@ -58,12 +52,10 @@ def select_window(record: RingDownRecord, window: Window, frequency_hz: float, n
     seconds = N50_SECONDS if isinstance(window, str) else float(window)
     wanted = round(seconds * record.sampling_rate_hz)
     last = min(wanted, record.end)
-    if last == wanted:
-        return SampleRange(first=record.valid_from, last=last)
-    said = f"record ends after {last * record.dt_s:.4g} s, before {seconds:g} s: used whole"
-    if wanted <= record.samples.shape[1]:
-        return SampleRange(first=record.valid_from, last=last, notes=(said,))
-    return SampleRange(first=record.valid_from, last=last, warnings=(f"{RECORD_TOO_SHORT}: {said}",))
+    notes: tuple[str, ...] = ()
+    if last < wanted:
+        notes = (f"record ends after {last * record.dt_s:.4g} s, before {seconds:g} s: used whole",)
+    return SampleRange(first=record.valid_from, last=last, notes=notes)
 
 
 def _decay_window(record: RingDownRecord, frequency_hz: float, noise_sd: Array) -> SampleRange:

@@ -22,7 +22,6 @@ from platform_daemon.core.command_line.options import (
 from platform_daemon.core.command_line.output import must_not_exist, write_json, write_page
 from platform_daemon.core.command_line.request_fields import Limits
 from platform_daemon.core.command_line.request_options import Keys, offers, option_groups
-from platform_daemon.core.schemas.text import counted
 from platform_daemon.features.models.options import variant_named
 
 from .command import residual_page
@@ -115,6 +114,8 @@ def _callbacks(display: ProgressDisplay, manual: bool) -> Callbacks:
 
 def _report(loop: LiveDiagnosis, out: Path, json_file: Path | None, html: Path | None) -> None:
     """The log in the folder, the last diagnosis where --json and --html say, and what is left to do by hand."""
+    from platform_daemon.core.schemas.text import counted
+
     log = loop.log()
     number = 1
     while (path := out / f"live-{number:02d}.json").exists():

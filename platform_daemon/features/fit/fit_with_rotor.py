@@ -22,7 +22,6 @@ from platform_daemon.estimation.result import FitResult
 from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor, with_errors_of_held
 from platform_daemon.estimation.rotor_fit.parameters import HELD_WITH_A_DEFECT
 from platform_daemon.estimation.rotor_fit.shot import RotorContext, RotorShot
-from platform_daemon.estimation.screening.windows import RECORD_TOO_SHORT
 from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.schema import AdoptedRotorRecord
 
@@ -138,7 +137,7 @@ def _result(start: FitResult, fit: RotorFit, error: AdoptedRotorRecord) -> FitRe
             f"a rotor of five degrees of freedom with {held} held; errors are {of_held} those of what is held; "
             "phi_max and psi are those of one angle",
         ),
-        warnings=tuple(each for each in start.warnings if each.startswith(RECORD_TOO_SHORT)),  # the rest: of one angle
+        warnings=(),
         r2=1.0 - squares / float(np.sum((shot.samples - shot.samples.mean(axis=1, keepdims=True)) ** 2)),
         nrmse=float(np.sqrt(squares / np.sum(shot.samples**2))),
         chi2_per_dof=fit.chi2_per_dof,

@@ -27,17 +27,3 @@ def test_a_window_in_seconds_counts_from_time_zero():
 def test_n50_is_the_first_240_milliseconds():
     record = RingDownRecord(np.zeros((3, 1000)), 1000.0, "dmdt")
     assert select_window(record, "n50", 100.0, np.ones(3)).last == 240
-
-
-@pytest.mark.parametrize(
-    ("seconds", "valid_to", "noted", "warned"),
-    [(0.8, None, False, False), (0.99, 980, True, False), (1.0, None, False, False), (240, None, False, True)],
-)
-def test_a_record_shorter_than_the_window_is_used_whole_with_a_warning_and_its_filtered_end_with_a_note(
-    seconds, valid_to, noted, warned
-):
-    record = RingDownRecord(np.zeros((3, 1000)), 1000.0, "dmdt", valid_to=valid_to)
-    chosen = select_window(record, seconds, 100.0, np.ones(3))
-    assert chosen.last == min(round(1000 * seconds), valid_to or 1000)
-    assert [bool(chosen.notes), bool(chosen.warnings)] == [noted, warned]
-    assert not warned or chosen.warnings == ("record_too_short: record ends after 1 s, before 240 s: used whole",)

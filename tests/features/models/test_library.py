@@ -133,7 +133,7 @@ def test_published_strengths_become_coefficients_of_the_terms(library):
         (diagnosed(verdict="nothing_missing"), {}, "nothing to adopt"),
         (diagnosed(verdict="unexplained"), {"force": "I want it"}, "nothing to adopt"),
         (diagnosed(effect("coulomb_friction", 30.0), verdict="unexplained"), {}, "does not explain"),
-        (diagnosed(effect("mains_interference", 1e-3)), {}, "belongs to one measurement.*Remedy"),
+        (diagnosed(effect("mains_interference", 1e-3)), {}, "belongs to the data of one measurement.*Remedy"),
         (diagnosed(effect("switch_transient", 1e-3), effect("bias_torque", 1.0)), {}, "by name: bias_torque"),
         (diagnosed(effect("clock_gap", 3.0)), {}, "cannot be adopted"),
         (diagnosed(effect("bias_torque", 1.0)), {"effects": ["crosstalk"]}, "does not name crosstalk"),
