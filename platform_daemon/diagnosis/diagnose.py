@@ -243,7 +243,9 @@ def _of_effects(
         named = ()
     rest = found.omnibus_test
     torque = missing_torque(final, rest) if verdict in ("unexplained", "partly_explained") else None
-    exact = with_scales(means(final), [means(moved) for moved in fits_at_neighbouring_scales(final, pool)])
+    exact = with_scales(
+        means(final), [(means(moved), times) for moved, times in fits_at_neighbouring_scales(final, pool)]
+    )
     alike = [r.candidate for n in named for r in n.confounders]
     small = negligible_effects(searched.table, searched.dropped, found.trials, pool) if verdict == "explained" else []
     spanned = widened(exact, _other_explanations(named, small))

@@ -47,7 +47,7 @@ def predict(
         sampling_rate_hz: samples per second, Hz.
         terms: further torque terms, of which `expected` has the strengths.
         fixed: public names of parameters that are held; expected: values by public name, SI.
-        estimate_adopted: what an adopted model holds is estimated, as a diagnosis does; False: held, as fits do.
+        estimate_adopted: strengths that an adopted model holds are estimated; False: held, as fits do.
         models: folder of adopted models; None: data/models.
 
     Raises InputError, RecordingError for a plan that makes no sense, and ConfigError for a key that is none.

@@ -199,7 +199,7 @@ REQUEST_FIELDS: dict[str, dict[str, RequestField]] = {
         "terms": RequestField(kind=str, help="Further torque terms, as quadratic_drag.", default=[], many=True),
         "estimate_adopted": RequestField(
             kind=bool,
-            help="Estimate what an adopted model holds, as a diagnosis does: strengths of torques; or a manufacturing error, with the distance of the magnets and the damping of the side modes.",
+            help="Estimate what an adopted model holds: strengths of torques, not their time constants and the like; or a manufacturing error, with the distance of the magnets and the damping of the side modes.",
             default=False,
         ),
         "sequence.f_tx_hz": RequestField(

@@ -108,13 +108,15 @@ def _doubts(
 def _patched(final: JointFit, together: Sequence[Candidate]) -> bool:
     """True if an effect gains so little beside another that it may mend it.
 
-    One without which more than noise is left, and beside which only noise is, does not mend: something is missing.
+    Of a dipole one does not, without which more than noise is left, and beside which only noise is: something is
+    missing.  The model of a pendulum is never whole.
     """
     gains = [gain_of(final, c) for c in together]
     if len(gains) < 2 or min(gains) > _LIMITS.patch_share * max(gains):
         return False
     noise = THRESHOLDS.regression.noise_chi2_per_dof
-    needed = final.chi2_per_dof < noise < (final.chi2 + min(gains) * final.noise_factor) / final.dof
+    dipole = final.prepared[0].shot.record.quantity != "angle"
+    needed = dipole and final.chi2_per_dof < noise < (final.chi2 + min(gains) * final.noise_factor) / final.dof
     return not needed
 
 

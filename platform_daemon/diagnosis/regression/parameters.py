@@ -94,14 +94,14 @@ def means(at: JointFit) -> dict[str, Mean]:
     return {name: _mean(name, rows, alone) for name in names}
 
 
-def with_scales(found: Mapping[str, Mean], moved: Sequence[Mapping[str, Mean]]) -> dict[str, Mean]:
+def with_scales(found: Mapping[str, Mean], moved: Sequence[tuple[Mapping[str, Mean], float]]) -> dict[str, Mean]:
     """Parameters whose errors count those of hidden scales, which the fit holds.
 
-    moved: the parameters with one scale a standard deviation away, for each scale.
+    moved: for each scale the parameters with it moved, and how many such moves a standard deviation has.
     """
     out = {}
     for name, m in found.items():
-        off = [_difference(name, o[name].value, m.value) for o in moved if name in o]
+        off = [times * _difference(name, o[name].value, m.value) for o, times in moved if name in o]
         out[name] = replace(m, std=math.hypot(m.std, *off))
     return out
 

@@ -79,7 +79,7 @@ def _at_best_scale(at: JointFit, effect: str, pool: Executor) -> JointFit:
         low, high = (math.log(limit / c.hidden[0]) for limit in c.scale_limits)
         for fraction in _LIMITS.scale_fractions:
             moved = min(max(fraction * step, low, -_LIMITS.furthest_log_scale), high, _LIMITS.furthest_log_scale)
-            if moved**2 < settled * along.covariance[-1, -1]:
+            if moved * (2.0 * step - moved) <= settled * along.covariance[-1, -1]:
                 return at
             found = _with_scale(along, moved / step * along.step, pool)
             if found is not None and found.chi2 < at.chi2:
@@ -142,24 +142,25 @@ def _spread_at(along: _Along, moved: float, pool: Executor) -> float | None:
     return abs(_strength(found, c) - _strength(at, c)) / math.sqrt(max(rise, 1.0))
 
 
-def fits_at_neighbouring_scales(at: JointFit, pool: Executor) -> list[JointFit]:
+def fits_at_neighbouring_scales(at: JointFit, pool: Executor) -> list[tuple[JointFit, float]]:
     """For each hidden scale with limits the same fit with that scale a standard deviation away, to first order.
 
-    Its states and strengths follow; chi^2 is higher by 1.
+    Its states and strengths follow.  A scale that is hardly known moves by less; the number is how many such moves a
+    standard deviation has.
     """
     found = []
     for c in at.hypothesis.torques:
         if c.scale_limits is not None and c.at_scale is not None:
             along = _along(at, c, pool)
             sd = math.sqrt(along.covariance[-1, -1] * at.noise_factor)
-            scale, states, strengths = along.stepped(along.following(min(sd, _LIMITS.furthest_log_scale)))
+            moved = min(sd, _LIMITS.furthest_log_scale)
+            if moved == 0.0:
+                continue
+            scale, states, strengths = along.stepped(along.following(moved))
             other = c.at_scale(scale)
             effects = tuple(other if e.key == c.key else e for e in at.hypothesis.effects)
-            found.append(
-                replace(
-                    at, hypothesis=replace(at.hypothesis, effects=effects), states=tuple(states), strengths=strengths
-                )
-            )
+            hypothesis = replace(at.hypothesis, effects=effects)
+            found.append((replace(at, hypothesis=hypothesis, states=tuple(states), strengths=strengths), sd / moved))
     return found
 
 

@@ -168,6 +168,8 @@ _MEASURE_MORE = "measure what the diagnosis proposes next, and diagnose again"
 
 def _refuse(effect: NamedEffect, others: list[str]) -> None:
     why = "it belongs to the data of one measurement, not to the resonator or the receiver"
+    if effect.id in ("quadratic_nonlinearity", "cubic_nonlinearity"):
+        why = "it belongs to the sensor of the angle, whose scale no model corrects"
     if effect.id == FRICTION_FLUCTUATION.id:
         why = "its course is another one in every shot, which no model can hold"
     remedy = _NOT_A_MODEL.get(effect.id, "treat its cause")

@@ -34,13 +34,14 @@ def reference_rotor(model: AdoptedModel, specimen: Specimen, rotation: Array) ->
     """
     assert model.rotor is not None
     found = model.diagnosed
+    friction = specimen.measured.tf_over_i_rad_per_s2 or found.get("tf_over_i_rad_per_s2")
     missing = [name for name in ("f_nat_hz", "m_r_am2", "lambda_per_s") if name not in found]
+    missing += ["tf_over_i_rad_per_s2"] if specimen.variant == "jewel" and friction is None else []
     if missing:
         why = f"the model's diagnosis does not tell {missing[0]}"
         remedy = "diagnose and adopt again"
         raise RecordingError(f"{model.label} cannot be used here", where="variant", why=why, remedy=remedy)
-    friction = specimen.measured.tf_over_i_rad_per_s2 or found.get("tf_over_i_rad_per_s2") or 0.0
-    main = found | {"tf_over_i_rad_per_s2": friction if specimen.variant == "jewel" else 0.0}
+    main = found | {"tf_over_i_rad_per_s2": (friction or 0.0) if specimen.variant == "jewel" else 0.0}
     return adopted_values(model.rotor, main, rotation)
 
 

@@ -116,7 +116,8 @@ def planned_precision(
     Args:
         phi_max_rad: None: the paper's; psi_start_rad: at the first sample.
         model: that is to be fitted, None: the specimen's own variant.
-        estimate_adopted: what an adopted model holds is estimated, as a diagnosis does; False: it is held, as by fits.
+        estimate_adopted: strengths that an adopted model holds are estimated, hidden scales as a time constant stay
+            held; False: all are held, as by fits.
         expected: values in the place of the specimen's, by public name.
         sequence: of a model with a manufacturing error, whose motion begins with the drive: keys that differ from the
             preset; the other arguments are as in the request of a prediction.
@@ -124,6 +125,13 @@ def planned_precision(
     Raises InputError, RecordingError if the plan makes no sense.
     """
     chosen = specimen.variant if model is None else model
+    if len(noise_am2_per_s) != 3 or not all(0.0 < level < math.inf for level in noise_am2_per_s):
+        why = f"they are {', '.join(f'{level:g}' for level in noise_am2_per_s)}"
+        raise InputError(
+            "the noise levels make no sense", where="noise", why=why, remedy="give three positive ones, A m^2/s"
+        )
+    if not windows:
+        raise InputError("no window is planned", where="windows", remedy="give n50, d30 or seconds")
     plan = Plan(specimen, windows, tuple(noise_am2_per_s), sampling_rate_hz, fixed, expected or {})
     if isinstance(chosen, AdoptedModel) and chosen.rotor is not None:
         if phi_max_rad is not None:

@@ -66,8 +66,8 @@ class PredictionRequest(Request):
     terms: Terms = Field(default=[])
     """Further torque terms, as quadratic_drag."""
     estimate_adopted: bool = False
-    """Estimate what an adopted model holds, as a diagnosis does: strengths of torques; or a manufacturing error, with
-    the distance of the magnets and the damping of the side modes."""
+    """Estimate what an adopted model holds: strengths of torques, not their time constants and the like; or a
+    manufacturing error, with the distance of the magnets and the damping of the side modes."""
     expected: dict[str, Finite] = Field(default={})
     """Expected values that the resonator's file does not hold, by public name, SI."""
     sequence: SequencePatch = Field(default_factory=SequencePatch)

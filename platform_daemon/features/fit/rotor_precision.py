@@ -6,6 +6,7 @@ import math
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from platform_daemon.estimation.screening.screening import (
     refuse_few_samples,
     refuse_slow_sampling,
 )
-from platform_daemon.estimation.screening.windows import select_window
+from platform_daemon.estimation.screening.windows import SampleRange, select_window
 from platform_daemon.estimation.thresholds import THRESHOLDS
 from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.resolve import notes_of
@@ -40,6 +41,8 @@ from .fit_with_rotor import HOLDABLE, TURNS, public_errors
 from .planned_measurement import Plan
 from .prediction_schema import PredictionReport, WindowPrecision
 from .rotor_context import rotor_geometry
+
+_UNDECAYED = "d30: the planned record ends before the signal has decayed to 30 %: it is used whole, as by fits"
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +59,20 @@ class _Planned:
         """Length of the record."""
         return self.shot.samples.shape[1] / self.shot.rate_hz
 
+    def cut_short(self, window: Window) -> bool:
+        """A D30 whose record ends before the signal has decayed; fits then use the whole record, with a note."""
+        return window == "d30" and bool(self._decayed.notes)
+
+    @cached_property
+    def _decayed(self) -> SampleRange:
+        record = RingDownRecord(self.shot.samples, self.shot.rate_hz, "dmdt")
+        return select_window(record, "d30", self.shot.values.f_nat_hz, np.zeros(3))
+
     def window_s(self, window: Window) -> float:
         """Raises InputError for one that is longer than the record, RefusedError for one that fits refuse."""
         shot, frequency_hz = self.shot, self.shot.values.f_nat_hz
         if window == "d30":
-            record = RingDownRecord(shot.samples, shot.rate_hz, "dmdt")
-            seconds = select_window(record, "d30", frequency_hz, np.zeros(3)).last / shot.rate_hz
+            seconds = self._decayed.last / shot.rate_hz
         else:
             seconds = THRESHOLDS.screening.n50_s if isinstance(window, str) else float(window)
         if round(seconds * shot.rate_hz) > shot.samples.shape[1]:
@@ -138,6 +149,7 @@ def planned_rotor_precision(
             *notes_of(model),
             f"from rest by {1e6 * sequence.field_t:.4g} uT along {sequence.axis}, {sequence.tx_periods} periods of "
             f"{sequence.f_tx_hz:.6g} Hz, to a deflection of {swing:.3g} deg; {said}",
+            *([_UNDECAYED] if any(planned.cut_short(window) for window in plan.windows) else []),
         ),
     )
 

@@ -141,7 +141,8 @@ def plan(bench: HardwareBench, request: ReproductionRequest) -> ReproductionWork
         raise InputError(
             "the platform holds one resonator at a time",
             where="thread, jewel",
-            remedy="ask for one, with null for the other; `platform-daemon reproduce` measures both in one folder",
+            remedy="ask for one, with null for the other; `platform-daemon reproduce` measures one after the other "
+            "into one folder",
         )
     campaign = request.campaign(__version__)
     for resonator in request.resonators.values():

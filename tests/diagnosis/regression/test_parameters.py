@@ -7,7 +7,7 @@ import pytest
 
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
-from platform_daemon.diagnosis.regression.parameters import means
+from platform_daemon.diagnosis.regression.parameters import Mean, means, with_scales
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.diagnosis.shots.thread_pool import InlineExecutor
@@ -29,3 +29,16 @@ def test_what_is_left_beside_a_model_widens_the_errors_of_its_parameters():
     f_nat = means(base)["f_nat_hz"]
     assert f_nat.std == pytest.approx(math.sqrt(base.noise_factor) * of_noise_hz, rel=0.01)
     assert abs(f_nat.value - NATURAL_HZ) < 5.0 * f_nat.std
+
+
+def test_errors_of_scales_add_to_the_parameters_own_in_quadrature():
+    found = {
+        "f_nat_hz": Mean(value=215.0, std=3e-5, scatter=None),
+        "psi_start_rad": Mean(value=0.1, std=0.2, scatter=0),
+    }
+    settles = {"f_nat_hz": Mean(value=215.0 + 4e-5, std=1.0, scatter=None), "psi_start_rad": found["psi_start_rad"]}
+    slides = {"psi_start_rad": Mean(value=2.0 * math.pi + 0.4, std=1.0, scatter=None)}  # moved by half an error
+    wide = with_scales(found, [(settles, 1.0), (slides, 2.0)])
+    assert wide["f_nat_hz"].value == 215.0
+    assert wide["f_nat_hz"].std == pytest.approx(5e-5, rel=1e-6)
+    assert wide["psi_start_rad"].std == pytest.approx(math.hypot(0.2, 0.6))
