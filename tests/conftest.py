@@ -73,6 +73,7 @@ _REAL_TIME = (
     "features/self_test/*",
     "features/schedules/*",
     "features/*command.py",
+    "features/*daemon.py",
     "features/*routes.py",
     "features/*work.py",
     "features/diagnose/test_live.py",

@@ -11,8 +11,10 @@ def client_at(address):
     """Asks anew for every request, so that no connection is left from before a process was killed.
 
     To be kept: a client that is made for one request costs 50 ms of a processor, for the certificates that it loads.
+    It waits long: what a request computes has a lower priority than the tests beside it, and may get a fifteenth of a
+    processor.
     """
-    return httpx2.Client(base_url=address, timeout=30, limits=httpx2.Limits(max_keepalive_connections=0))
+    return httpx2.Client(base_url=address, timeout=240, limits=httpx2.Limits(max_keepalive_connections=0))
 
 
 def finished(client, location):
