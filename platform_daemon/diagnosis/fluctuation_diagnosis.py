@@ -123,6 +123,7 @@ def _fluctuation(friction: FluctuatingFriction, before: CrossValidation, after: 
         log_p=log_chance(2.0 * likeliest.log_likelihood, 2),
         held_out_gain=-after.worse_by(before),
         confounders=(),
+        log_scale_std=likeliest.log_tau_std,
     )
 
 

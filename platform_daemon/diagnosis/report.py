@@ -156,7 +156,9 @@ def _effect(named: AcceptedEffect, shot: DiagnosisShot) -> NamedEffect:
 
 def _detail(named: AcceptedEffect) -> EffectDetail:
     d, c = named.candidate.detail, named.candidate
-    scales = () if c.term is None or not c.hidden else zip(c.term.coefficients[1:], c.hidden, strict=True)
+    pairs = () if c.term is None or not c.hidden else zip(c.term.coefficients[1:], c.hidden, strict=True)
+    scales = {coefficient.name: value for coefficient, value in pairs}
+    scaled = scales if d.tau_s is None else {**scales, "tau_s": d.tau_s}
     return EffectDetail(
         axis=d.axis,
         frequency_hz=d.frequency_hz,
@@ -164,7 +166,8 @@ def _detail(named: AcceptedEffect) -> EffectDetail:
         sample=d.sample,
         source=d.start,
         target=d.end,
-        **{coefficient.name: value for coefficient, value in scales},
+        std={} if named.log_scale_std is None else {k: abs(v) * named.log_scale_std for k, v in scaled.items()},
+        **scales,
         **c.held,
     )
 

@@ -12,7 +12,7 @@ from platform_daemon.diagnosis.regression.parameters import public_parameters
 from platform_daemon.diagnosis.regression.score_test import score_table
 from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.selection.confounders import confounders
-from platform_daemon.diagnosis.selection.scales import at_best_scales, strength_spread
+from platform_daemon.diagnosis.selection.scales import at_best_scales, scale_errors
 from platform_daemon.diagnosis.selection.stepwise import StepwiseSearch
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
@@ -148,8 +148,10 @@ def test_a_time_constant_is_found_to_its_own_error():
         prepared, _ = initial_fits(shots, THREAD, pool)
         found = at_best_scales(fit_jointly(prepared, Hypothesis(THREAD).plus(near), pool), pool)
         (rate,), strength = found.hypothesis.common[0].hidden, 215.69 * float(found.strengths[0])
-        spread = strength_spread(found, found.hypothesis.common[0], pool)
+        spread, log_std = scale_errors(found, found.hypothesis.common[0], pool)
     assert rate == pytest.approx(5.0, rel=3e-3)
+    assert 3e-4 < log_std < 3e-3
+    assert abs(np.log(rate / 5.0)) < 4.0 * log_std
     assert abs(strength - 0.8) < 4.5 * 215.69 * np.hypot(spread, found.covariance[0, 0] ** 0.5)
 
 

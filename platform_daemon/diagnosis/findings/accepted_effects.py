@@ -16,7 +16,7 @@ from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.score_test import ScoreTable, score_table
 from platform_daemon.diagnosis.selection.confounders import Confounder, confounders, gain_of, two_in_place
 from platform_daemon.diagnosis.selection.data_integrity import DataDefect
-from platform_daemon.diagnosis.selection.scales import strength_spread
+from platform_daemon.diagnosis.selection.scales import scale_errors
 from platform_daemon.diagnosis.selection.significance import log_chance
 from platform_daemon.diagnosis.selection.stepwise import Selection
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
@@ -40,7 +40,8 @@ class AcceptedEffect:
     """An accepted effect.
 
     strength, std: in the effect's unit. held_out_gain: fall of the held-out chi^2 that it brings as the last one.
-    covariance: of the strength and of what fits hold beside it: names of the rows, (names, names).
+    covariance: of the strength and of what fits hold beside it: names of the rows, (names, names). log_scale_std: of
+    the logarithm of its hidden scale or time constant, to first order; None: it has none, or that is one of a grid.
     """
 
     candidate: Candidate
@@ -50,6 +51,7 @@ class AcceptedEffect:
     held_out_gain: float
     confounders: tuple[Confounder, ...]
     covariance: tuple[tuple[str, ...], Array] | None = None
+    log_scale_std: float | None = None
 
     @property
     def rise(self) -> float:
@@ -66,10 +68,13 @@ def accepted_effects(
     f_nat = float(np.mean([s.dynamics.w for s in final.states])) / (2.0 * math.pi)
     for c in final.hypothesis.effects:
         alike: tuple[Confounder, ...] = ()
+        log_scale_std: float | None = None
         if c in final.hypothesis.common:
             where = next(s for o, s in zip(final.hypothesis.common, final.hypothesis.slices, strict=True) if o is c)
             value, std = _strength(c, final, where)
-            std = math.hypot(std, _scale_spread(c, final, found.base, pool)) if c.hidden else std
+            if c.hidden:
+                spread, log_scale_std = _scale_errors(c, final, found.base, pool)
+                std = math.hypot(std, spread)
             value, std = c.public(value, std, f_nat)
             log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
             rivals = confounders(table, c, pool)
@@ -88,6 +93,7 @@ def accepted_effects(
                 log_p=log_p,
                 held_out_gain=held_out_gain_of(final, c, after, found.base, pool),
                 confounders=alike,
+                log_scale_std=log_scale_std,
             )
         )
     return tuple(named)
@@ -154,17 +160,19 @@ def _strength(c: Candidate, final: JointFit, where: slice) -> tuple[float, float
     return _amplitude(values, covariance, pairs=c.detail.frequency_hz is not None)
 
 
-def _scale_spread(c: Candidate, final: JointFit, base: JointFit, pool: Executor) -> float:
-    """By how much the strength moves with its hidden scale, per standard deviation of the latter."""
+def _scale_errors(c: Candidate, final: JointFit, base: JointFit, pool: Executor) -> tuple[float, float | None]:
+    """(by how much the strength moves with its hidden scale per standard deviation of the latter, that of the scale's
+    logarithm; None for one of a grid)."""
     if c.scale_limits is not None:
-        return strength_spread(final, c, pool)
+        return scale_errors(final, c, pool)
     reduced = without(final, c, base, pool)
     assert c.near is not None
     table = score_table(reduced, [replace(v, parts=()) for share in _LIMITS.scale_shares for v in c.near(share)], pool)
     scores = [score for b in table.blocks if (score := table.gain([b])) is not None]
     best = max(scores, key=lambda s: s.gain)
     near = [s for s in scores if best.gain - s.gain < _LIMITS.scale_chi2]
-    return max(abs(float(s.strengths[0] - best.strengths[0])) / math.sqrt(max(best.gain - s.gain, 1.0)) for s in near)
+    off = (abs(float(s.strengths[0] - best.strengths[0])) / math.sqrt(max(best.gain - s.gain, 1.0)) for s in near)
+    return max(off), None
 
 
 def _amplitude(values: np.ndarray, covariance: np.ndarray, *, pairs: bool) -> tuple[float, float]:

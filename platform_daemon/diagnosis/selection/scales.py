@@ -114,22 +114,23 @@ def _with_scale(along: _Along, step: Array, pool: Executor) -> JointFit | None:
         return None
 
 
-def strength_spread(at: JointFit, c: Candidate, pool: Executor) -> float:
-    """By how much a strength moves with its scale, per standard deviation of the latter.
+def scale_errors(at: JointFit, c: Candidate, pool: Executor) -> tuple[float, float]:
+    """(by how much a strength moves with its scale per standard deviation of the latter, that of its logarithm).
 
-    To first order where the scale is well known, or where a refit agrees; by refits where its valley is bent.
+    The first to first order where the scale is well known, or where a refit agrees, and by refits where its valley is
+    bent; the second always to first order.
     """
     along = _along(at, c, pool)
     sd = math.sqrt(along.covariance[-1, -1] * at.noise_factor)
     straight = abs(float(along.following(sd)[_column(at, c)]))
     if 0.0 < sd < _LIMITS.known_log_scale:
-        return straight
+        return straight, sd
     near = min(max(_LIMITS.checked_sigma * sd, _LIMITS.known_log_scale), _LIMITS.furthest_log_scale)
     spread = _spread_at(along, near, pool)
     if spread is not None and abs(spread - straight) < _LIMITS.straight_share * straight:
-        return max(spread, straight)
+        return max(spread, straight), sd
     found = [_spread_at(along, math.log(times), pool) for times in _LIMITS.varied_scales]
-    return max([s for s in (spread, *found) if s is not None], default=0.0)
+    return max([s for s in (spread, *found) if s is not None], default=0.0), sd
 
 
 def _spread_at(along: _Along, moved: float, pool: Executor) -> float | None:

@@ -52,15 +52,21 @@ def scientific(value: float | None, std: float | None) -> str:
 def place_text(where: EffectDetail | TriedEffect) -> str:
     """Where an effect acts, in words; "" if that needs no saying."""
     of = where if isinstance(where, EffectDetail) else None
+    std = of.std if of else {}
     parts = [
         f"on {where.axis}" if where.axis else "",
         f"from {of.source} to {of.target}" if of and (of.source or of.target) else "",
         "" if where.frequency_hz is None else f"at {where.frequency_hz:.5g} Hz",
-        "" if where.tau_s is None else f"with a time constant of {where.tau_s:.5g} s",
+        "" if where.tau_s is None else f"with a time constant of {_told(where.tau_s, std.get('tau_s'))} s",
         "" if of is None or of.sample is None else f"before sample {of.sample}",
-        *(f"{k} = {v:.4g}" for k, v in (of.hidden_scales() if of else {}).items() if v is not None),
+        *(f"{k} = {_told(v, std.get(k))}" for k, v in (of.hidden_scales() if of else {}).items() if v is not None),
     ]
     return ", ".join(filter(None, parts))
+
+
+def _told(value: float, std: float | None) -> str:
+    """With its standard deviation where that is known and is no more than the value."""
+    return scientific(value, std) if std is not None and 0.0 < std < abs(value) else f"{value:.5g}"
 
 
 def chance_text(effect: NamedEffect) -> str:

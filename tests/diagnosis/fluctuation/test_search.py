@@ -61,6 +61,7 @@ def test_the_report_names_it_and_both_windows_agree_afterwards():
     share = report.effects[0].strength
     assert share.value == pytest.approx(0.2, abs=3.0 * share.std)
     assert 0.03 < report.effects[0].detail.tau_s < 0.3
+    assert 0.1 < report.effects[0].detail.std["tau_s"] / report.effects[0].detail.tau_s < 1.0
     assert report.held_out.chi2_per_dof_after < 1.3
     after = report.parameters_after
     friction = sum(t["tf_over_i_rad_per_s2"] for t in truths) / len(truths)

@@ -53,6 +53,12 @@ def test_an_effect_is_one_line_with_strength_chance_and_proof():
     assert "cannot tell it from stribeck_friction" in effect_line(alike)
 
 
+def test_a_fitted_time_constant_has_its_error():
+    place = at(tau_s=0.350241, std={"tau_s": 0.00012})
+    assert place_text(place) == "with a time constant of 0.35024(12) s"
+    assert place_text(at(tau_s=0.081, std={"tau_s": 0.2})) == "with a time constant of 0.081 s"
+
+
 def test_the_unit_one_is_not_written():
     plain = EffectStrength(value=0.01, std=0.001, unit="1")
     assert strength_text(EFFECT.model_copy(update={"strength": plain})) == "0.0100(10)"
