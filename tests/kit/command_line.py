@@ -46,7 +46,7 @@ def assert_one_line_error(done, code, *words):
         assert word in lines[-1]
 
 
-def wait_for(condition, timeout=60):
+def wait_for(condition, timeout=240):
     """The longer it takes, the less often it is asked: whoever asks all the time takes the processor from the other."""
     begun = time.monotonic()
     while not condition():

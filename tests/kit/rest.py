@@ -18,9 +18,12 @@ def client_at(address):
 
 
 def finished(client, location):
-    """The job at `location`, once it has ended; the longer that takes, the less often it is asked for."""
+    """The job at `location`, once it has ended; the longer that takes, the less often it is asked for.
+
+    Analyses have a lower priority than the tests beside them: ten seconds of a processor can take three minutes.
+    """
     begun = time.monotonic()
-    while time.monotonic() < begun + 120:
+    while time.monotonic() < begun + 600:
         job = client.get(location).json()
         if job["state"] in FINAL:
             return job
