@@ -22,11 +22,11 @@ from .findings.moving_parameters import moving_parameters
 from .findings.next_measurements import proposals
 from .findings.notes import undecided
 from .findings.rotor_findings import unsearched
-from .fluctuation.search import FluctuatingFriction, fluctuating_friction
+from .fluctuation.search import FluctuatingFriction, fits_at_neighbouring_processes, fluctuating_friction
 from .fluctuation.window_courses import window_disagreement_of_courses
 from .regression.cross_validation import CrossValidation, cross_validate
 from .regression.joint_fit import JointFit, fit_jointly, starting_point
-from .regression.parameters import means, widened, window_disagreement
+from .regression.parameters import means, widened, window_disagreement, with_scales
 from .regression.score_test import ScoreTable, score_table
 from .selection.confounders import confounders, gain_of
 from .selection.sign_constraints import negative_losses
@@ -69,7 +69,8 @@ def _told(base: JointFit, friction: FluctuatingFriction, candidates: Sequence[Ca
     table = score_table(final, [c for c in candidates if c.effect not in torques and c.key not in keys], pool)
     before, after = cross_validate(base, pool), cross_validate(final, pool)
     named = (_fluctuation(friction, before, after), *_effects_beside(table, after, float(len(candidates)), pool))
-    exact, alike = means(final), [r for n in named for r in n.confounders]
+    neighbours = [(means(moved), times) for moved, times in fits_at_neighbouring_processes(friction, pool)]
+    exact, alike = with_scales(means(final), neighbours), [r for n in named for r in n.confounders]
     spanned = widened(exact, [(means(r.joint_fit), r.rise) for r in alike if r.joint_fit is not None])
     doubts = _doubts(final, named, after)
     return Diagnosis(

@@ -21,10 +21,15 @@ class Fluctuation:
     smallest_fraction: float = 1e-3  # of a step [cost]
     shortening: float = 0.4  # of a step that goes up [unset]
     curvature_step: float = 0.05  # in the logarithms of size and correlation time [digits]
+    furthest_log: float = 0.5  # by which they are moved at once, to see what follows them [unset]
     most_passes: int = 5  # of courses and effects in turn [cost]
     settled_log: float = 0.05  # change of the process's logarithms at which the turns end [unset]
     # of the log likelihood of a course for each shot, from which on one course for all is as good: a law [unset]
     law_share: float = 0.85
+    # of the window: a law follows the amplitude, which falls all along it; a course that changes sooner is none.
+    # Likeliest correlation times of three laws of Stribeck took 0.7 to 0.9 of it, those of ten drawn fluctuations 0.01
+    # to 0.15, with one course for all nearly as good for one of them (0.9 of its log likelihood) [unset]
+    smooth_share: float = 0.3
     apart_share: float = 0.02  # of a receiver effect's column that nothing else replaces, to have its own size [unset]
     undetermined_tau: float = 0.9  # of the window: a longer correlation time is not told from any other [unset]
     most_effects: int = 4  # that are sought beside a fluctuation at once [cost]

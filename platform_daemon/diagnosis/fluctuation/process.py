@@ -69,12 +69,35 @@ class CourseInformation:
 
 @dataclass(frozen=True, kw_only=True)
 class LikeliestProcess:
-    """process: the likeliest one; its errors (log share, log tau) as standard deviations; log_likelihood: over none."""
+    """process: the likeliest one; log_covariance: (2, 2) of log share and log tau; log_likelihood: over none."""
 
     process: FrictionProcess
-    log_share_std: float
-    log_tau_std: float
+    log_covariance: Array
     log_likelihood: float
+
+    @property
+    def log_share_std(self) -> float:
+        """Standard deviation of the logarithm of the size; infinite where the data do not tell it."""
+        return _root(self.log_covariance[0, 0])
+
+    @property
+    def log_tau_std(self) -> float:
+        """Of that of the correlation time."""
+        return _root(self.log_covariance[1, 1])
+
+    def neighbours(self) -> list[tuple[FrictionProcess, float]]:
+        """The process moved along each axis of its errors, and how many such moves a standard deviation has.
+
+        A direction of which the data tell little moves by less than its standard deviation.
+        """
+        found = []
+        values, axes = np.linalg.eigh(self.log_covariance)
+        for variance, axis in zip(values, axes.T, strict=True):
+            moved = min(math.sqrt(max(variance, 0.0)), _LIMITS.furthest_log)
+            if moved > 0.0:
+                share, tau_s = np.exp(moved * axis) * (self.process.share, self.process.tau_s)
+                found.append((FrictionProcess(share=share, tau_s=tau_s), math.sqrt(variance) / moved))
+        return found
 
     @property
     def sure(self) -> bool:
@@ -102,9 +125,10 @@ def likeliest_process(shots: Sequence[CourseInformation], start: FrictionProcess
         bend[a, b] = bend[b, a] = (
             loss(at + da + db) - loss(at + da - db) - loss(at - da + db) + loss(at - da - db)
         ) / (4.0 * h * h)
-    spread = np.diag(np.linalg.pinv(bend, hermitian=True))
-    stds = np.sqrt(np.where(spread > 0.0, spread, np.inf))
     best = FrictionProcess(share=math.exp(at[0]), tau_s=math.exp(at[1]))
-    return LikeliestProcess(
-        process=best, log_share_std=float(stds[0]), log_tau_std=float(stds[1]), log_likelihood=-float(found.fun)
-    )
+    covariance = np.asarray(np.linalg.pinv(bend, hermitian=True))
+    return LikeliestProcess(process=best, log_covariance=covariance, log_likelihood=-float(found.fun))
+
+
+def _root(variance: float) -> float:
+    return math.sqrt(variance) if variance > 0.0 else math.inf

@@ -5,8 +5,9 @@
 2. Beside these courses the effects are chosen that all shots have in common, by linear steps.
 3. Courses and strengths are fitted in turn, each time with the likeliest random process.
 
-A law that depends on the angle or on time gives all shots the same course, a fluctuation does not: one course for all
-shots must be less likely than a course for each of them.  One shot alone does not tell them apart.
+A law that depends on the angle, the speed or on time gives all shots nearly the same course, which is smooth, for it
+follows the amplitude; a fluctuation does not.  Of a smooth course one for all shots must be less likely than a course
+for each of them.  One shot alone does not tell them apart.
 """
 
 from __future__ import annotations
@@ -72,6 +73,20 @@ def fluctuating_friction(base: JointFit, candidates: Sequence[Candidate], pool: 
         return None
 
 
+def fits_at_neighbouring_processes(found: FluctuatingFriction, pool: Executor) -> list[tuple[JointFit, float]]:
+    """The joint fit with its process moved along each axis of its errors, and how many such moves a standard deviation
+    has.  Raises LostTrajectoryError."""
+    at, fits = found.joint_fit, []
+    for process, times in found.likeliest.neighbours():
+        states = []
+        for s in at.states:
+            assert isinstance(s, CourseState)
+            root = process.root(s.course.time_s, found.friction)
+            states.append(replace(s, course=replace(s.course, root=root)))
+        fits.append((fit_jointly(at.prepared, at.hypothesis, pool, states, at.strengths), times))
+    return fits
+
+
 def _found(base: JointFit, place: int, candidates: Sequence[Candidate], pool: Executor) -> FluctuatingFriction | None:
     fits = _first_courses(base, place, _apart(base, candidates), pool)
     if not _is_noise(base, fits):
@@ -88,11 +103,18 @@ def _found(base: JointFit, place: int, candidates: Sequence[Candidate], pool: Ex
         if likeliest.process.near(before.process):
             break
     at = _still_sure(at, float(len(candidates)), pool)
-    law = likeliest_process([CourseInformation.of_one_course(information)], likeliest.process)
     noise = at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
-    if not (noise and likeliest.sure and law.log_likelihood < _LIMITS.law_share * likeliest.log_likelihood):
+    if not noise or not likeliest.sure or _may_be_law(likeliest, information):
         return None
     return FluctuatingFriction(likeliest=likeliest, friction=friction, joint_fit=at)
+
+
+def _may_be_law(likeliest: LikeliestProcess, information: Sequence[CourseInformation]) -> bool:
+    """The course is as smooth as that of a law, and one for all shots is as likely as one for each."""
+    if likeliest.process.tau_s < _LIMITS.smooth_share * float(information[0].time_s[-1]):
+        return False
+    law = likeliest_process([CourseInformation.of_one_course(information)], likeliest.process)
+    return law.log_likelihood > _LIMITS.law_share * likeliest.log_likelihood
 
 
 def _still_sure(at: JointFit, trials: float, pool: Executor) -> JointFit:

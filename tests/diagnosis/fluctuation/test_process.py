@@ -80,6 +80,19 @@ def test_size_and_correlation_time_come_out_within_their_errors(truth):
     assert found.sure
 
 
+def test_neighbours_lie_a_standard_deviation_away_along_both_axes_of_the_errors():
+    found = likeliest_process(
+        informations(FrictionProcess(share=0.2, tau_s=0.1), 12, 8), FrictionProcess(share=0.15, tau_s=0.15)
+    )
+    moves = []
+    for process, times in found.neighbours():
+        moved = np.log([process.share / found.process.share, process.tau_s / found.process.tau_s])
+        moves.append(times * moved)
+    assert np.sum([np.outer(m, m) for m in moves], axis=0) == pytest.approx(found.log_covariance)
+    unknown = replace(found, log_covariance=np.diag([0.01, 9.0]))
+    assert [round(times, 2) for _, times in unknown.neighbours()] == [1.0, 6.0]
+
+
 def test_noise_alone_is_no_fluctuation():
     nothing = informations(FrictionProcess(share=1e-9, tau_s=0.1), 6, 2)
     assert not likeliest_process(nothing, FrictionProcess(share=0.1, tau_s=0.1)).sure
