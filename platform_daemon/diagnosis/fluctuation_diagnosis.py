@@ -124,7 +124,7 @@ def _fluctuation(friction: FluctuatingFriction, before: CrossValidation, after: 
         log_p=log_chance(2.0 * likeliest.log_likelihood, 2),
         held_out_gain=-after.worse_by(before),
         confounders=(),
-        log_scale_std=likeliest.log_tau_std,
+        log_scale_std=likeliest.log_tau_std if friction.tau_is_determined else math.inf,
     )
 
 
@@ -159,9 +159,9 @@ def _held_out_gain(at: JointFit, effect: Candidate, after: CrossValidation, pool
 
 def _notes(friction: FluctuatingFriction, named: tuple[AcceptedEffect, ...]) -> list[str]:
     likeliest, count = friction.likeliest, len(friction.joint_fit.prepared)
-    process, longest_s = likeliest.process, max(float(p.time_s[-1]) for p in friction.joint_fit.prepared)
+    process = likeliest.process
     within = f"within a factor {math.exp(min(likeliest.log_tau_std, 1.0)):.2g}"
-    if process.tau_s > _LIMITS.undetermined_tau * longest_s or likeliest.log_tau_std > 1.0:
+    if not friction.tau_is_determined:
         within = "not determined: the data tell the square of the size over it"
     lines = [
         f"the friction fluctuates by {100.0 * process.share:.3g} % within a ring-down, with a correlation time of "

@@ -21,12 +21,14 @@ class Fluctuation:
     smallest_fraction: float = 1e-3  # of a step [cost]
     shortening: float = 0.4  # of a step that goes up [unset]
     curvature_step: float = 0.05  # in the logarithms of size and correlation time [digits]
+    widest_log: float = 3.0  # standard deviation of what the data do not tell of them [unset]
     furthest_log: float = 0.5  # by which they are moved at once, to see what follows them [unset]
     most_passes: int = 5  # of courses and effects in turn [cost]
     settled_log: float = 0.05  # change of the process's logarithms at which the turns end [unset]
     # of the log likelihood of a course for each shot, from which on one course for all is as good: a law [unset]
     law_share: float = 0.85
-    # of the window: a law follows the amplitude, which falls all along it; a course that changes sooner is none.
+    any_law_share: float = 1.0  # the same of a course that changes sooner than a law does [unset]
+    # of the window: a law follows the amplitude, which falls all along it; its course does not change sooner.
     # Likeliest correlation times of three laws of Stribeck took 0.7 to 0.9 of it, those of ten drawn fluctuations 0.01
     # to 0.15, with one course for all nearly as good for one of them (0.9 of its log likelihood) [unset]
     smooth_share: float = 0.3

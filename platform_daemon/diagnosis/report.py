@@ -158,7 +158,9 @@ def _detail(named: AcceptedEffect) -> EffectDetail:
     d, c = named.candidate.detail, named.candidate
     pairs = () if c.term is None or not c.hidden else zip(c.term.coefficients[1:], c.hidden, strict=True)
     scales = {coefficient.name: value for coefficient, value in pairs}
-    scaled = scales if d.tau_s is None else {**scales, "tau_s": d.tau_s}
+    fitted = dict(list(scales.items())[:1])  # what is hidden beside the first is held
+    if d.tau_s is not None:
+        fitted["tau_s"] = d.tau_s
     return EffectDetail(
         axis=d.axis,
         frequency_hz=d.frequency_hz,
@@ -166,7 +168,7 @@ def _detail(named: AcceptedEffect) -> EffectDetail:
         sample=d.sample,
         source=d.start,
         target=d.end,
-        std={} if named.log_scale_std is None else {k: abs(v) * named.log_scale_std for k, v in scaled.items()},
+        std=None if named.log_scale_std is None else {k: abs(v) * named.log_scale_std for k, v in fitted.items()},
         **scales,
         **c.held,
     )

@@ -49,8 +49,8 @@ class EffectDetail(Schema):
     """Of crosstalk: the channel it comes from."""
     target: str | None = Field(validation_alias="to", serialization_alias="to")
     """Of crosstalk: the channel it goes to."""
-    std: dict[str, FiniteOrNull] = Field(default_factory=dict)
-    """Standard deviations of the keys that were fitted, such as `tau_s`, by key."""
+    std: Absent[dict[str, FiniteOrNull]] = None
+    """Standard deviations of the keys that were fitted, such as `tau_s`, by key; null: not determined."""
 
     def hidden_scales(self) -> dict[str, Any]:
         """The further keys: coefficient -> value, SI."""

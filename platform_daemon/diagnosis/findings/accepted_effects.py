@@ -41,7 +41,7 @@ class AcceptedEffect:
 
     strength, std: in the effect's unit. held_out_gain: fall of the held-out chi^2 that it brings as the last one.
     covariance: of the strength and of what fits hold beside it: names of the rows, (names, names). log_scale_std: of
-    the logarithm of its hidden scale or time constant, to first order; None: it has none, or that is one of a grid.
+    the logarithm of its first hidden scale or its time constant, to first order; None: it has none, or none was asked.
     """
 
     candidate: Candidate
@@ -164,7 +164,8 @@ def _scale_errors(c: Candidate, final: JointFit, base: JointFit, pool: Executor)
     """(by how much the strength moves with its hidden scale per standard deviation of the latter, that of the scale's
     logarithm; None for one of a grid)."""
     if c.scale_limits is not None:
-        return scale_errors(final, c, pool)
+        spread, log_std = scale_errors(final, c, pool)
+        return spread, log_std or None  # 0 where the data do not determine it
     reduced = without(final, c, base, pool)
     assert c.near is not None
     table = score_table(reduced, [replace(v, parts=()) for share in _LIMITS.scale_shares for v in c.near(share)], pool)

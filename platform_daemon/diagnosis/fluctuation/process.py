@@ -77,26 +77,26 @@ class LikeliestProcess:
 
     @property
     def log_share_std(self) -> float:
-        """Standard deviation of the logarithm of the size; infinite where the data do not tell it."""
-        return _root(self.log_covariance[0, 0])
+        """Standard deviation of the logarithm of the size."""
+        return math.sqrt(self.log_covariance[0, 0])
 
     @property
     def log_tau_std(self) -> float:
         """Of that of the correlation time."""
-        return _root(self.log_covariance[1, 1])
+        return math.sqrt(self.log_covariance[1, 1])
 
     def neighbours(self) -> list[tuple[FrictionProcess, float]]:
-        """The process moved along each axis of its errors, and how many such moves a standard deviation has.
+        """The process moved along each axis of its errors, to where it fluctuates more slowly, and how many such moves
+        a standard deviation has.
 
         A direction of which the data tell little moves by less than its standard deviation.
         """
         found = []
         values, axes = np.linalg.eigh(self.log_covariance)
-        for variance, axis in zip(values, axes.T, strict=True):
-            moved = min(math.sqrt(max(variance, 0.0)), _LIMITS.furthest_log)
-            if moved > 0.0:
-                share, tau_s = np.exp(moved * axis) * (self.process.share, self.process.tau_s)
-                found.append((FrictionProcess(share=share, tau_s=tau_s), math.sqrt(variance) / moved))
+        for std, axis in zip(np.sqrt(values), axes.T, strict=True):
+            moved = min(float(std), _LIMITS.furthest_log)
+            share, tau_s = np.exp(math.copysign(moved, axis[1]) * axis) * (self.process.share, self.process.tau_s)
+            found.append((FrictionProcess(share=float(share), tau_s=float(tau_s)), float(std) / moved))
         return found
 
     @property
@@ -126,9 +126,7 @@ def likeliest_process(shots: Sequence[CourseInformation], start: FrictionProcess
             loss(at + da + db) - loss(at + da - db) - loss(at - da + db) + loss(at - da - db)
         ) / (4.0 * h * h)
     best = FrictionProcess(share=math.exp(at[0]), tau_s=math.exp(at[1]))
-    covariance = np.asarray(np.linalg.pinv(bend, hermitian=True))
-    return LikeliestProcess(process=best, log_covariance=covariance, log_likelihood=-float(found.fun))
-
-
-def _root(variance: float) -> float:
-    return math.sqrt(variance) if variance > 0.0 else math.inf
+    values, axes = np.linalg.eigh(bend)
+    known = np.maximum(values, _LIMITS.widest_log**-2)  # a direction that the data do not determine is wide
+    covariance = axes / known @ axes.T
+    return LikeliestProcess(process=best, log_covariance=np.asarray(covariance), log_likelihood=-float(found.fun))

@@ -6,15 +6,16 @@
 3. Courses and strengths are fitted in turn, each time with the likeliest random process.
 
 A law that depends on the angle, the speed or on time gives all shots nearly the same course, which is smooth, for it
-follows the amplitude; a fluctuation does not.  Of a smooth course one for all shots must be less likely than a course
-for each of them.  One shot alone does not tell them apart.
+follows the amplitude; a fluctuation does not: one course for all shots must be less likely than a course for each of
+them, and clearly so where it is smooth.  One shot alone does not tell them apart.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,6 +56,13 @@ class FluctuatingFriction:
     friction: float
     joint_fit: JointFit
 
+    @property
+    def tau_is_determined(self) -> bool:
+        """The correlation time is told from any other one."""
+        longest_s = max(float(p.time_s[-1]) for p in self.joint_fit.prepared)
+        near = self.likeliest.process.tau_s < _LIMITS.undetermined_tau * longest_s
+        return near and self.likeliest.log_tau_std < 1.0
+
 
 def fluctuating_friction(base: JointFit, candidates: Sequence[Candidate], pool: Executor) -> FluctuatingFriction | None:
     """A friction whose fluctuation leaves noise only, beside effects that all shots share; None if there is none.
@@ -73,18 +81,18 @@ def fluctuating_friction(base: JointFit, candidates: Sequence[Candidate], pool: 
         return None
 
 
-def fits_at_neighbouring_processes(found: FluctuatingFriction, pool: Executor) -> list[tuple[JointFit, float]]:
+def fits_at_neighbouring_processes(found: FluctuatingFriction, pool: Executor) -> Iterator[tuple[JointFit, float]]:
     """The joint fit with its process moved along each axis of its errors, and how many such moves a standard deviation
-    has.  Raises LostTrajectoryError."""
-    at, fits = found.joint_fit, []
+    has; nothing along an axis on which there is no such fit."""
+    at = found.joint_fit
     for process, times in found.likeliest.neighbours():
         states = []
         for s in at.states:
             assert isinstance(s, CourseState)
             root = process.root(s.course.time_s, found.friction)
             states.append(replace(s, course=replace(s.course, root=root)))
-        fits.append((fit_jointly(at.prepared, at.hypothesis, pool, states, at.strengths), times))
-    return fits
+        with suppress(LostTrajectoryError, np.linalg.LinAlgError):
+            yield fit_jointly(at.prepared, at.hypothesis, pool, states, at.strengths), times
 
 
 def _found(base: JointFit, place: int, candidates: Sequence[Candidate], pool: Executor) -> FluctuatingFriction | None:
@@ -102,6 +110,7 @@ def _found(base: JointFit, place: int, candidates: Sequence[Candidate], pool: Ex
         states = _with_process(fits, likeliest.process, friction)
         if likeliest.process.near(before.process):
             break
+    at = fit_jointly(base.prepared, hypothesis, pool, states, strengths)  # with the process of the last turn
     at = _still_sure(at, float(len(candidates)), pool)
     noise = at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
     if not noise or not likeliest.sure or _may_be_law(likeliest, information):
@@ -110,11 +119,11 @@ def _found(base: JointFit, place: int, candidates: Sequence[Candidate], pool: Ex
 
 
 def _may_be_law(likeliest: LikeliestProcess, information: Sequence[CourseInformation]) -> bool:
-    """The course is as smooth as that of a law, and one for all shots is as likely as one for each."""
-    if likeliest.process.tau_s < _LIMITS.smooth_share * float(information[0].time_s[-1]):
-        return False
+    """One course for all shots is as likely as one for each, or nearly so where it is as smooth as that of a law."""
+    smooth = likeliest.process.tau_s > _LIMITS.smooth_share * float(information[0].time_s[-1])
     law = likeliest_process([CourseInformation.of_one_course(information)], likeliest.process)
-    return law.log_likelihood > _LIMITS.law_share * likeliest.log_likelihood
+    limit = _LIMITS.law_share if smooth else _LIMITS.any_law_share
+    return not law.log_likelihood < limit * likeliest.log_likelihood
 
 
 def _still_sure(at: JointFit, trials: float, pool: Executor) -> JointFit:

@@ -52,7 +52,7 @@ def scientific(value: float | None, std: float | None) -> str:
 def place_text(where: EffectDetail | TriedEffect) -> str:
     """Where an effect acts, in words; "" if that needs no saying."""
     of = where if isinstance(where, EffectDetail) else None
-    std = of.std if of else {}
+    std = (of.std if of else None) or {}
     parts = [
         f"on {where.axis}" if where.axis else "",
         f"from {of.source} to {of.target}" if of and (of.source or of.target) else "",
