@@ -35,8 +35,6 @@ from .shots.friction_course import dry_friction
 from .shots.shot import PreparedShot
 from .thresholds import THRESHOLDS
 
-_LIMITS = THRESHOLDS.fluctuation
-
 
 def may_fluctuate(prepared: Sequence[PreparedShot], model: RingDownModel) -> bool:
     """True for shots in which a fluctuation is sought: two or more of a dipole on a bearing with dry friction."""
@@ -160,9 +158,9 @@ def _held_out_gain(at: JointFit, effect: Candidate, after: CrossValidation, pool
 def _notes(friction: FluctuatingFriction, named: tuple[AcceptedEffect, ...]) -> list[str]:
     likeliest, count = friction.likeliest, len(friction.joint_fit.prepared)
     process = likeliest.process
-    within = f"within a factor {math.exp(min(likeliest.log_tau_std, 1.0)):.2g}"
-    if not friction.tau_is_determined:
-        within = "not determined: the data tell the square of the size over it"
+    within = "not determined: the data tell the square of the size over it"
+    if friction.tau_is_determined:
+        within = f"within a factor {math.exp(likeliest.log_tau_std):.2g}"
     lines = [
         f"the friction fluctuates by {100.0 * process.share:.3g} % within a ring-down, with a correlation time of "
         f"{process.tau_s:.2g} s ({within}); its course is "
