@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import cache, partial
 
 from platform_daemon.estimation.physics.models import RingDownModel
 
@@ -23,6 +24,7 @@ from .findings.own_strengths import OwnStrengths, own_strengths
 from .findings.rotor_findings import (
     leaves_less,
     may_be_a_rotor,
+    may_be_imitated,
     plane_notes,
 )
 from .findings.shot_strengths import strengths_by_shot
@@ -35,7 +37,7 @@ from .regression.parameters import Mean, means, widened, window_disagreement, wi
 from .regression.score_test import ScoreTable
 from .report_schema import DiagnosisVerdict
 from .rigid_body.defects import manufacturing_error
-from .rigid_body.plane_test import plane_test
+from .rigid_body.plane_test import PlaneTest, plane_test
 from .rotor_diagnosis import of_rotor
 from .rotor_search import is_quiet, rotor_of
 from .selection.clock_gaps import filled_angles, filled_dipoles
@@ -122,65 +124,42 @@ def _diagnose(
     names = [s.name for s in shots]
     swings.sort(key=lambda s: names.index(s.shot.name))
     plane = plane_test(swings) if swings else None
+
+    def whole(
+        of: Diagnosis, said: Sequence[str], without: Sequence[UnfittedShot], damaged: Sequence[DataDefect]
+    ) -> Diagnosis:
+        return replace(
+            of,
+            shots=tuple(shots),
+            refused=tuple(without),
+            integrity=(*defects, *flawed, *damaged),
+            notes=(*remarks, *said, *of.notes),
+            seconds=time.perf_counter() - began_s,
+            plane=plane,
+        )
+
     if plane is not None and plane.may_leave and (solved := rotor_of(swings, model, plane, pool)) is not None:
         declared, rotor = solved
         by_rotor = of_rotor(declared, plane, rotor, pool, searched=False)
-        return replace(
-            by_rotor,
-            shots=tuple(shots),
-            refused=tuple(hopeless),
-            integrity=(*defects, *flawed, *gaps),
-            notes=(*remarks, *test(None), *plane_notes(plane, shots), *by_rotor.notes),
-            seconds=time.perf_counter() - began_s,
-        )
+        return whole(by_rotor, [*test(None), *plane_notes(plane, shots)], hopeless, gaps)
     if not prepared:
         why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
         raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
     if len(swings) > len(prepared):
         plane = plane_test(prepared)
-    by_friction = None
     if not gaps and may_fluctuate(prepared, model):
         progress("a friction that may fluctuate", 0.15)
         by_friction = of_fluctuation(declared_fit(prepared, model, pool), pool)
-    if by_friction is not None:
-        return replace(
-            by_friction,
-            shots=tuple(shots),
-            refused=tuple(refused),
-            integrity=(*defects, *flawed),
-            notes=(*remarks, *test(by_friction.final), *plane_notes(plane, shots), *by_friction.notes),
-            seconds=time.perf_counter() - began_s,
-            plane=plane,
-        )
+        if by_friction is not None:
+            return whole(by_friction, [*test(by_friction.final), *plane_notes(plane, shots)], refused, ())
     found, late = selected_effects(prepared, model, gaps, progress, pool)
     gaps = merged([*gaps, *late])
-    progress("prediction of held-out data", 0.8)
-    searched = _validated(found, gaps, pool)
-    base = searched.found.base
-    tried = plane is None or plane.leaves or (plane.may_leave and not is_quiet(base))
-    if plane is not None and not tried and may_be_a_rotor(base, searched.verdict, searched.named):
-        beside = manufacturing_error(base, pool)
-        if beside is not None and leaves_less(beside, searched.final, searched.verdict):
-            by_rotor = of_rotor(base, plane, beside, pool, searched=True)
-            return replace(
-                by_rotor,
-                shots=tuple(shots),
-                refused=tuple(refused),
-                integrity=(*defects, *flawed, *gaps),
-                notes=(*remarks, *test(None), *by_rotor.notes),
-                seconds=time.perf_counter() - began_s,
-            )
+    ended = _rotor_or_effects(found, plane, gaps, progress, pool)
+    if isinstance(ended, Diagnosis):
+        return whole(ended, test(None), refused, gaps)
     progress("parameters before and after", 0.9)
-    of_effects = _of_effects(searched, prepared[0], model, gaps, refused, pool)
-    return replace(
-        of_effects,
-        shots=tuple(shots),
-        refused=tuple(refused),
-        integrity=(*defects, *flawed, *gaps),
-        notes=(*remarks, *test(searched.final), *plane_notes(plane, shots), *of_effects.notes),
-        seconds=time.perf_counter() - began_s,
-        plane=plane,
-    )
+    by_effects = _of_effects(ended, prepared[0], model, gaps, refused, pool)
+    return whole(by_effects, [*test(ended.final), *plane_notes(plane, shots)], refused, gaps)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,6 +201,37 @@ def _validated(found: Selection, gaps: Sequence[DataDefect], pool: Executor) -> 
         doubts=doubts,
         own=own,
     )
+
+
+def _rotor_or_effects(
+    found: Selection,
+    plane: PlaneTest | None,
+    gaps: Sequence[DataDefect],
+    progress: ProgressCallback,
+    pool: Executor,
+) -> Diagnosis | _Searched:
+    """A rotor that leaves less than the effects of one angle, as a diagnosis, or these with their evidence."""
+    base = found.base
+    solved = cache(partial(manufacturing_error, base, pool))
+
+    def by_rotor(plane: PlaneTest, final: JointFit, verdict: DiagnosisVerdict) -> Diagnosis | None:
+        rotor = solved()
+        if rotor is None or not leaves_less(rotor, final, verdict):
+            return None
+        return of_rotor(base, plane, rotor, pool, searched=True)
+
+    untried = None if plane is None or plane.leaves or (plane.may_leave and not is_quiet(base)) else plane
+    if untried is not None and may_be_imitated(found.best):
+        # The evidence for each torque takes longer than the rotor, and only a rotor that leaves more needs it.
+        progress("a rotor of five degrees of freedom", 0.8)
+        by_errors = by_rotor(untried, found.best, "explained")
+        if by_errors is not None:
+            return by_errors
+    progress("prediction of held-out data", 0.85)
+    searched = _validated(found, gaps, pool)
+    if untried is not None and may_be_a_rotor(base, searched.verdict, searched.named):
+        return by_rotor(untried, searched.final, searched.verdict) or searched
+    return searched
 
 
 def _of_effects(

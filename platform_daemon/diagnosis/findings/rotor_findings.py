@@ -83,17 +83,26 @@ def has_model_error(rotor: ManufacturingError) -> bool:
     return rotor.excess_sigma > THRESHOLDS.rigid_body.doubtful_sigma
 
 
+def may_be_imitated(best: JointFit) -> bool:
+    """Whether torques on one angle, of which there are some, may be the manufacturing error of a jewel's rotor."""
+    return _bearings(best) == {"jewel"} and any(c.term is not None for c in best.hypothesis.effects)
+
+
+def _bearings(fit: JointFit) -> set[str | None]:
+    """Of the shots; None: of one whose resonator is not known."""
+    return {None if s.shot.rotor is None else s.shot.rotor.geometry.bearing for s in fit.prepared}
+
+
 def may_be_a_rotor(base: JointFit, verdict: DiagnosisVerdict, named: Sequence[AcceptedEffect]) -> bool:
     """Whether a manufacturing error is tried although the motion stays in its plane as far as the noise shows.
 
     A jewel's rotor rolls, and what leaves the plane drowns in the noise; the main mode and its losses show the error
     all the same, and torques on one angle can imitate it.
     """
-    known = [s.shot.rotor for s in base.prepared]
-    if verdict == "nothing_missing" or any(k is None for k in known):
+    bearings = _bearings(base)
+    if verdict == "nothing_missing" or None in bearings:
         return False
-    jewel = any(k is not None and k.geometry.bearing == "jewel" for k in known)
-    return verdict != "explained" or (jewel and any(n.candidate.term is not None for n in named))
+    return verdict != "explained" or ("jewel" in bearings and any(n.candidate.term is not None for n in named))
 
 
 def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVerdict) -> bool:

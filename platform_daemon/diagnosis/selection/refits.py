@@ -45,7 +45,7 @@ def refined(at: JointFit, pool: Executor) -> JointFit:
             before = at
             for c in at.hypothesis.common:
                 at = _refined_effect(at, c, share, pool) if c.near is not None else at
-            if before.chi2 - at.chi2 < _LIMITS.place_move_chi2:
+            if before.chi2 - at.chi2 < _LIMITS.place_move_chi2 * at.noise_factor:
                 break
     return at
 
