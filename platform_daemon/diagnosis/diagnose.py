@@ -138,10 +138,12 @@ def _diagnose(
             plane=plane,
         )
 
-    if plane is not None and plane.may_leave and (solved := rotor_of(swings, model, plane, pool)) is not None:
-        declared, rotor = solved
-        by_rotor = of_rotor(declared, plane, rotor, pool, searched=False)
-        return whole(by_rotor, [*test(None), *plane_notes(plane, shots)], hopeless, gaps)
+    if plane is not None and plane.may_leave:
+        progress("a rotor of five degrees of freedom", 0.15)
+        solved = rotor_of(swings, model, plane, pool)
+        if solved is not None:
+            by_rotor = of_rotor(solved[0], plane, solved[1], pool, searched=False)
+            return whole(by_rotor, [*test(None), *plane_notes(plane, shots)], hopeless, gaps)
     if not prepared:
         why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
         raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
@@ -212,7 +214,7 @@ def _rotor_or_effects(
 ) -> Diagnosis | _Searched:
     """A rotor that leaves less than the effects of one angle, as a diagnosis, or these with their evidence."""
     base = found.base
-    solved = cache(partial(manufacturing_error, base, pool))
+    solved = cache(partial(manufacturing_error, base, pool, leaving_noise=True))
 
     def by_rotor(plane: PlaneTest, final: JointFit, verdict: DiagnosisVerdict) -> Diagnosis | None:
         rotor = solved()

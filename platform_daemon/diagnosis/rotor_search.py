@@ -37,7 +37,7 @@ def rotor_of(
         return None
     if not plane.leaves and is_quiet(declared):
         return None
-    rotor = manufacturing_error(declared, pool)
+    rotor = manufacturing_error(declared, pool, leaving_noise=not plane.leaves)
     driven = any(s.shot.rotor is not None and s.shot.rotor.drive is not None for s in prepared)
     if driven and plane.leaves and (rotor is None or _drive_is_doubtful(rotor)):
         freed = replace(declared, prepared=tuple(map(_without_drive, declared.prepared)))

@@ -21,7 +21,7 @@ PLAIN_INTEGERS = range(4)  # indices, dimensions, and the three parameters of a 
 
 PROGRESS = "shares of the progress that is shown"
 ALLOWED = {
-    "diagnose.py": ([0.1, 0.15, 0.7, 0.8, 0.85, 0.9], PROGRESS),
+    "diagnose.py": ([0.1, 0.15, 0.15, 0.7, 0.8, 0.85, 0.9], PROGRESS),
     "findings/rotor_findings.py": ([100.0], "percent"),
     "fluctuation/process.py": ([4.0], "the differences of a second derivative"),
     "fluctuation_diagnosis.py": ([100.0], "percent"),

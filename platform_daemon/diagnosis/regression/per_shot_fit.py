@@ -32,6 +32,6 @@ def per_shot_fit(prepared: PreparedShot, hypothesis: Hypothesis, strengths: Arra
         if trial.chi2 >= linear.chi2:
             break
         fall, linear, state = linear.chi2 - trial.chi2, trial, moved
-        if fall < _LIMITS.per_shot_settled_chi2:
+        if fall < _LIMITS.per_shot_settled_chi2 * max(1.0, linear.chi2 / prepared.dof):
             break
     return linear, state

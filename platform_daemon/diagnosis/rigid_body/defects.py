@@ -139,7 +139,7 @@ def _with_error(value: float, std: float) -> str:
     return f"{value:.{digits}f}({round(std * 10.0**digits)})"
 
 
-def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | None:
+def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool = False) -> ManufacturingError | None:
     """The error that explains shots which leave their plane; None if none does, or if their drive is not known.
 
     One whose size may be 0 is no error: a main axis that leans, or a swing that feeds the side modes, is explained by
@@ -149,12 +149,17 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
     what it found in common, so that their ends are predicted from their beginnings; then all are fitted together, with
     the error that explains the first one best and with those that it could not tell from that.  The least chi^2 has the
     name; where others are as near to it as noise alone would set them apart, the first in `DEFECTS`, the simplest.
+
+    leaving_noise: only an error that leaves no more than noise is of use, so that the search ends where a window of the
+    first shot shows more.
     """
     shots = rotor_shots(base)
     if not shots:
         return None
+    noise_chi2_per_dof = THRESHOLDS.regression.noise_chi2_per_dof
+    most_chi2_per_dof = noise_chi2_per_dof if leaving_noise else _LIMITS.explained_chi2_per_dof
     try:
-        of_first = ranked(shots[0], pool)
+        of_first = ranked(shots[0], pool, most_chi2_per_dof)
         fits = each_alone(shots, of_first[0], pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
@@ -177,8 +182,8 @@ def manufacturing_error(base: JointFit, pool: Executor) -> ManufacturingError | 
     strength, std = best.strength
     sure = abs(strength) > _LIMITS.sure_sigma * std
     # A rotor without an error stands in the way of effects of one angle only where it leaves surely no more than noise.
-    noise = best.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof and excess_sigma < _LIMITS.doubtful_sigma
-    if not (noise or (sure and best.chi2_per_dof < _LIMITS.explained_chi2_per_dof)):
+    noise = best.chi2_per_dof < noise_chi2_per_dof and excess_sigma < _LIMITS.doubtful_sigma
+    if not (noise or (sure and best.chi2_per_dof < most_chi2_per_dof)):
         return None
     bearing = shots[0].geometry.bearing
     others = [f for f in alike if f is not best]

@@ -123,8 +123,14 @@ def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
     return ("distance_m",) if window_s <= _LIMITS.jewel_distance_from_s else ()
 
 
-def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
-    """Fits of one shot with each defect, and sign of it, that it cannot exclude, the best first.  Raises RotorFitError.
+def ranked(
+    shot: RotorShot, pool: Executor, most_chi2_per_dof: float = _LIMITS.explained_chi2_per_dof
+) -> list[RotorFit]:
+    """Fits of one shot with each defect, and sign of it, that it cannot exclude, the best first.
+
+    most_chi2_per_dof: beyond which, in windows in which all parameters are free, a rotor is of no use.
+
+    Raises RotorFitError: also where no rotor explains a window.
 
     In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.  So are
     the laws of a jewel's contact: near rest it is not Coulomb's, and which other one is not known.
@@ -145,7 +151,8 @@ def ranked(shot: RotorShot, pool: Executor) -> list[RotorFit]:
             if not one.among(field):
                 field.append(one)
         field.sort(key=lambda c: total_chi2(c.fit))
-        if not field or field[0].fit.chi2_per_dof > _LIMITS.explained_chi2_per_dof:
+        most = most_chi2_per_dof if window_s > _LIMITS.laws_from_s else _LIMITS.explained_chi2_per_dof
+        if not field or field[0].fit.chi2_per_dof > most:
             raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
         field = [c for c in field if c.stays(field, window_s)]
         starts = [Start(c.defect, c.fit.values[0], c.known) for c in field]

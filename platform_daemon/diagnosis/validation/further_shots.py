@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import cache
 from itertools import islice
 
 import numpy as np
@@ -97,9 +98,10 @@ def _batches(shots: Iterator[Callable[[], DiagnosisShot | None]]) -> Iterator[li
 
 def _scored(final: JointFit, shot: DiagnosisShot, declared: RingDownModel) -> tuple[str, float, float] | str:
     """(name, chi^2/dof before, after); its name alone if it cannot be fitted."""
-    scores = []
+    scores: list[float] = []
+    fitted = cache(lambda model: initial_fits([shot], model, None)[0])
     for hypothesis, strengths in ((Hypothesis(declared), np.zeros(0)), (final.hypothesis, final.strengths)):
-        prepared, _ = initial_fits([shot], hypothesis.model, None)
+        prepared = fitted(hypothesis.model)
         if not prepared:
             return shot.name
         try:
