@@ -94,9 +94,9 @@ def diagnose_shots(
 
     with shot_pool() as pool:
 
-        def test(final: JointFit | None) -> list[str]:
-            if final is None:
-                return ["a rotor is not tried on shots that were not searched"] if further else []
+        def test(final: JointFit | str) -> list[str]:
+            if isinstance(final, str):
+                return [f"{final} is not tried on the {len(further)} shots that were not searched"] if further else []
             other = further_shots(final, further, pool, tested, model)
             return [] if other is None else [other.note]
 
@@ -111,12 +111,12 @@ def _diagnose(
     progress: ProgressCallback,
     pool: Executor,
     *,
-    test: Callable[[JointFit | None], list[str]],
+    test: Callable[[JointFit | str], list[str]],
     defects: Sequence[DataDefect],
     remarks: Sequence[str],
     began_s: float,
 ) -> Diagnosis:
-    """Of the searched shots; test: sentences on the final fit, None: of a rotor, of shots that were not searched."""
+    """Of the searched shots; test: sentences on the shots that were not, by the final fit or what cannot be tried."""
     progress("checks of the data", 0.0)
     prepared, refused, flawed, gaps = _prepared(shots, model, pool)
     progress("fit of the declared model", 0.1)
@@ -143,7 +143,7 @@ def _diagnose(
         solved = rotor_of(swings, model, plane, pool)
         if solved is not None:
             by_rotor = of_rotor(solved[0], plane, solved[1], pool, searched=False)
-            return whole(by_rotor, [*test(None), *plane_notes(plane, shots)], hopeless, gaps)
+            return whole(by_rotor, [*test("a rotor"), *plane_notes(plane, shots)], hopeless, gaps)
     if not prepared:
         why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
         raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
@@ -153,12 +153,13 @@ def _diagnose(
         progress("a friction that may fluctuate", 0.15)
         by_friction = of_fluctuation(declared_fit(prepared, model, pool), pool)
         if by_friction is not None:
-            return whole(by_friction, [*test(by_friction.final), *plane_notes(plane, shots)], refused, ())
+            own_course = "a friction that fluctuates, in each shot by a course of its own,"
+            return whole(by_friction, [*test(own_course), *plane_notes(plane, shots)], refused, ())
     found, late = selected_effects(prepared, model, gaps, progress, pool)
     gaps = merged([*gaps, *late])
     ended = _rotor_or_effects(found, plane, gaps, progress, pool)
     if isinstance(ended, Diagnosis):
-        return whole(ended, test(None), refused, gaps)
+        return whole(ended, test("a rotor"), refused, gaps)
     progress("parameters before and after", 0.9)
     by_effects = _of_effects(ended, prepared[0], model, gaps, refused, pool)
     return whole(by_effects, [*test(ended.final), *plane_notes(plane, shots)], refused, gaps)
