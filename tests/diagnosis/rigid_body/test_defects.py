@@ -86,7 +86,7 @@ def test_a_rotor_that_leaves_more_than_noise_is_given_up_where_only_noise_will_d
     shot = shot_with({"stator_tilt_rad": 0.02})
     leaves_more = replace(shot, sd=0.9 * shot.sd)  # chi2/dof 1.23
     assert ranked(leaves_more, pool)[0].chi2_per_dof == pytest.approx(1.23, abs=0.05)
-    with pytest.raises(RotorFitError, match="no manufacturing error explains the first 0.5 s"):
+    with pytest.raises(RotorFitError, match=r"no manufacturing error explains the first 0\.5 s"):
         ranked(leaves_more, pool, 1.1)
 
 
