@@ -30,7 +30,7 @@ from .findings.rotor_findings import (
 from .findings.shot_strengths import strengths_by_shot
 from .findings.side_modes import with_side_modes
 from .findings.verdict import assess_diagnosis
-from .fluctuation_diagnosis import may_fluctuate, of_fluctuation
+from .fluctuation_diagnosis import fitted_shots, may_fluctuate, of_fluctuation
 from .regression.cross_validation import CrossValidation
 from .regression.joint_fit import JointFit
 from .regression.parameters import Mean, means, widened, window_disagreement, with_scales
@@ -73,7 +73,8 @@ def diagnose_shots(
         shots: ring-downs with their noise, all of one quantity.
         model: the declared model.
         progress: called with the present step in words and the share that is finished.
-        further: loaders of shots of the same series on which the result is tested; None from one that cannot be used.
+        further: loaders of shots of the same series on which the result is tested, unless it is a rotor or a friction
+            that fluctuates; None from one that cannot be used.
         defects, remarks: of the files that the shots were read from, which come first in the result.
 
     Raises:
@@ -151,10 +152,13 @@ def _diagnose(
         plane = plane_test(prepared)
     if not gaps and may_fluctuate(prepared, model):
         progress("a friction that may fluctuate", 0.15)
-        by_friction = of_fluctuation(declared_fit(prepared, model, pool), pool)
+        some = fitted_shots(prepared)
+        by_friction = of_fluctuation(declared_fit(some, model, pool), pool)
         if by_friction is not None:
+            more = len(some) < len(prepared)
+            fitted = [f"of {len(prepared)} shots {len(some)}, evenly spread, are fitted"] if more else []
             own_course = "a friction that fluctuates, in each shot by a course of its own,"
-            return whole(by_friction, [*test(own_course), *plane_notes(plane, shots)], refused, ())
+            return whole(by_friction, [*fitted, *test(own_course), *plane_notes(plane, shots)], refused, ())
     found, late = selected_effects(prepared, model, gaps, progress, pool)
     gaps = merged([*gaps, *late])
     ended = _rotor_or_effects(found, plane, gaps, progress, pool)
@@ -224,7 +228,7 @@ def _rotor_or_effects(
         return of_rotor(base, plane, rotor, pool, searched=True)
 
     untried = None if plane is None or plane.leaves or (plane.may_leave and not is_quiet(base)) else plane
-    if untried is not None and may_be_imitated(found.best):
+    if untried is not None and not is_quiet(base) and may_be_imitated(found.best):
         # The evidence for each torque takes longer than the rotor, and only a rotor that leaves more needs it.
         progress("a rotor of five degrees of freedom", 0.8)
         by_errors = by_rotor(untried, found.best, "explained")

@@ -41,6 +41,12 @@ def may_fluctuate(prepared: Sequence[PreparedShot], model: RingDownModel) -> boo
     return len(prepared) > 1 and prepared[0].shot.record.quantity != "angle" and dry_friction(model) is not None
 
 
+def fitted_shots(prepared: Sequence[PreparedShot]) -> list[PreparedShot]:
+    """Of a long series so many, evenly spread, as memory and time allow: each has a course of its own."""
+    count = min(len(prepared), THRESHOLDS.fluctuation.most_shots)
+    return [prepared[round(at)] for at in np.linspace(0, len(prepared) - 1, count)]
+
+
 def of_fluctuation(base: JointFit, pool: Executor) -> Diagnosis | None:
     """The diagnosis of shots whose friction fluctuates, without shots, defects of the data, and time.
 

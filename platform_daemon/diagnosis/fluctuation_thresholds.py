@@ -9,6 +9,7 @@ from dataclasses import dataclass
 class Fluctuation:
     """When a friction is sought that fluctuates, and when it is one."""
 
+    most_shots: int = 12  # whose courses are fitted: 12 of 2 s take 1.9 GB, 32 of them 3.2 GB [cost]
     knots: int = 80  # of a course, along the window [cost]
     first_knots: int = 24  # of the linear test before the courses are fitted [cost]
     first_share: float = 0.2  # standard deviation over the mean friction where a search begins [unset]

@@ -128,7 +128,9 @@ class Regression:
     information_rank: float = 1e-13  # least singular value of scaled normal equations [digits]
     dependent_share: float = 1e-9  # of a column that must be left beside the others to count [digits]
     per_shot_steps: int = 8  # Gauss-Newton steps of a per-shot fit [cost]
-    per_shot_settled_chi2: float = 0.05  # fall of chi^2 at which it ends, in units of chi2/dof above 1 [cost]
+    per_shot_settled_chi2: float = (
+        0.05  # fall of chi^2 at which it ends, in units of chi2/dof where that is above 1 [cost]
+    )
     paired_shots: int = 4  # from so many on the scatter itself is the standard error of N50 - D30 [unset]
     resolved_share: float = 1e-11  # of a column's power that must survive the projection [digits]
     told_apart_eigenvalue: float = 1e-9  # least of a scaled matrix that tells candidates apart [digits]

@@ -84,8 +84,14 @@ def has_model_error(rotor: ManufacturingError) -> bool:
 
 
 def may_be_imitated(best: JointFit) -> bool:
-    """Whether torques on one angle, of which there are some, may be the manufacturing error of a jewel's rotor."""
-    return _bearings(best) == {"jewel"} and any(c.term is not None for c in best.hypothesis.effects)
+    """Whether torques on one angle, of which there are some, may be the manufacturing error of a jewel's rotor.
+
+    Not where strengths that differ from shot to shot may still leave less.
+    """
+    same = len(best.prepared) < THRESHOLDS.validation.fewest_own_strengths
+    noise = best.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
+    jewels = _bearings(best) == {"jewel"}
+    return jewels and (same or noise) and any(c.term is not None for c in best.hypothesis.effects)
 
 
 def _bearings(fit: JointFit) -> set[str | None]:

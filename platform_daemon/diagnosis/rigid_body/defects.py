@@ -151,13 +151,13 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     name; where others are as near to it as noise alone would set them apart, the first in `DEFECTS`, the simplest.
 
     leaving_noise: only an error that leaves no more than noise is of use, so that the search ends where a window of the
-    first shot shows more.
+    first shot shows much more.
     """
     shots = rotor_shots(base)
     if not shots:
         return None
     noise_chi2_per_dof = THRESHOLDS.regression.noise_chi2_per_dof
-    most_chi2_per_dof = noise_chi2_per_dof if leaving_noise else _LIMITS.explained_chi2_per_dof
+    most_chi2_per_dof = _LIMITS.given_up_chi2_per_dof if leaving_noise else _LIMITS.explained_chi2_per_dof
     try:
         of_first = ranked(shots[0], pool, most_chi2_per_dof)
         fits = each_alone(shots, of_first[0], pool)
@@ -183,7 +183,7 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     sure = abs(strength) > _LIMITS.sure_sigma * std
     # A rotor without an error stands in the way of effects of one angle only where it leaves surely no more than noise.
     noise = best.chi2_per_dof < noise_chi2_per_dof and excess_sigma < _LIMITS.doubtful_sigma
-    if not (noise or (sure and best.chi2_per_dof < most_chi2_per_dof)):
+    if not (noise or (sure and best.chi2_per_dof < _LIMITS.explained_chi2_per_dof)):
         return None
     bearing = shots[0].geometry.bearing
     others = [f for f in alike if f is not best]

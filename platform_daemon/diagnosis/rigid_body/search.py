@@ -128,7 +128,7 @@ def ranked(
 ) -> list[RotorFit]:
     """Fits of one shot with each defect, and sign of it, that it cannot exclude, the best first.
 
-    most_chi2_per_dof: beyond which, in windows in which all parameters are free, a rotor is of no use.
+    most_chi2_per_dof: beyond which a rotor is of no use, in windows in which nothing is held.
 
     Raises RotorFitError: also where no rotor explains a window.
 
@@ -151,7 +151,7 @@ def ranked(
             if not one.among(field):
                 field.append(one)
         field.sort(key=lambda c: total_chi2(c.fit))
-        most = most_chi2_per_dof if window_s >= _LIMITS.laws_from_s else _LIMITS.explained_chi2_per_dof
+        most = most_chi2_per_dof if window_s > _LIMITS.laws_from_s else _LIMITS.explained_chi2_per_dof
         if not field or field[0].fit.chi2_per_dof > most:
             raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
         field = [c for c in field if c.stays(field, window_s)]

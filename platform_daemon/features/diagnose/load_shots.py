@@ -122,7 +122,7 @@ def load_diagnosis_input(
     if loaded.further:
         loaded.notes.append(
             f"of {len(loaded.shots) + len(loaded.further)} shots {len(loaded.shots)}, evenly spread, are searched and "
-            "fitted together; what is found is tried on the others"
+            "fitted together"
         )
     specimen = _specimen(loaded, declared, tuple(m.path for m in measurements))
     return replace(specimen, sources={one.path: one.value_sources(numbers) for one, numbers in recorded})

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 
@@ -19,13 +18,9 @@ from platform_daemon.estimation.screening.screening import screen_free_swing
 from platform_daemon.features.fit.measurement import AngleMeasurement, VoltageMeasurement
 from platform_daemon.features.fit.rotor_context import assumed_rotor_context
 
-T = TypeVar("T")
 _NO_FREE_SWING = (Refusal.NOT_FINITE, Refusal.TOO_SHORT, Refusal.NO_SIGNAL, Refusal.NO_DECAY)
 _MOST_SEARCHED = 12_000_000  # values of all channels: a minute of three at 61 kHz takes 1.2 GB and half a minute
 _FEWEST_SEARCHED = 4  # shots
-_MOST_OF_A_SERIES = (
-    12  # shots: so many the studies of names have; time and memory grow with them, errors fall as 1/sqrt
-)
 ABSORBED = (
     "no calibration: every coil has two free sensitivities, of the odd harmonics and of the even ones, which take up "
     "the gains of the channels, their mixing, the orientation and the moment; effects of these kinds cannot be seen"
@@ -122,19 +117,16 @@ class _FrameReader:
 
 def searched_frames(recorded: Sequence[tuple[VoltageMeasurement, Sequence[int]]]) -> list[set[int]]:
     """Of every recording the frames that are searched: all, or so many, evenly spread, as memory and time allow."""
-    good = []
-    for n, (m, frames) in enumerate(recorded):
-        infos, values = m.recording.frame_info, m.recording.sequence.total - m.recording.sequence.rx_start
-        usable = [k for k in frames if not infos[k].blank and infos[k].verdict == "good"]
-        good += [(n, k, m.recording.channels * values) for k in _spread(usable, _MOST_OF_A_SERIES)]
+    good = [
+        (n, k, m.recording.channels * (m.recording.sequence.total - m.recording.sequence.rx_start))
+        for n, (m, frames) in enumerate(recorded)
+        for k in frames
+        if not m.recording.frame_info[k].blank and m.recording.frame_info[k].verdict == "good"
+    ]
     most = _MOST_SEARCHED * len(good) / max(sum(values for _, _, values in good), 1)
-    chosen = _spread(good, max(_FEWEST_SEARCHED, int(most)))
-    return [{k for of, k, _ in chosen if of == n} for n in range(len(recorded))]
-
-
-def _spread(items: Sequence[T], most: int) -> list[T]:
-    """So many of them, evenly spread, or all."""
-    return [items[round(at)] for at in np.linspace(0, len(items) - 1, min(len(items), most))]
+    count = min(len(good), max(_FEWEST_SEARCHED, int(most)))
+    chosen = {round(place) for place in np.linspace(0, len(good) - 1, count)} if count else set()
+    return [{k for i, (of, k, _) in enumerate(good) if of == n and i in chosen} for n in range(len(recorded))]
 
 
 def add_angle(measurement: AngleMeasurement, noise: SeriesNoise, loaded: LoadedShots) -> None:

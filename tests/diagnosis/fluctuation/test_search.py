@@ -6,6 +6,7 @@ from platform_daemon.diagnosis.diagnose import diagnose_shots
 from platform_daemon.diagnosis.effect_search import candidates_for, declared_fit
 from platform_daemon.diagnosis.fluctuation.first_look import differs_from_shot_to_shot
 from platform_daemon.diagnosis.fluctuation.search import fluctuating_friction
+from platform_daemon.diagnosis.fluctuation_diagnosis import fitted_shots
 from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
@@ -78,3 +79,8 @@ def test_stribeck_friction_keeps_its_name():
     shots, _ = shots_with("jewel", [{"id": "stribeck_friction", "strength": 0.3, "v_s_rad_per_s": 100.0}], 3)
     report = diagnosis_report(diagnose_shots(shots, JEWEL))
     assert "friction_fluctuation" not in [e.id for e in report.effects]
+
+
+def test_of_a_long_series_the_courses_of_twelve_shots_are_fitted():
+    assert fitted_shots(list(range(100))) == [0, 9, 18, 27, 36, 45, 54, 63, 72, 81, 90, 99]
+    assert fitted_shots([7, 8]) == [7, 8]

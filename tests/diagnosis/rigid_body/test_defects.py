@@ -28,10 +28,10 @@ SD = np.array([14e-3, 21e-3, 55e-3])
 pytestmark = pytest.mark.long
 
 
-def shot_with(defects, seed=1):
+def shot_with(defects, seed=1, samples=SAMPLES):
     """A thread's shot as a fit of one angle would begin it: moment, frequency and damping off, no error known."""
     rotor = true_rotor(rigid_specimen("thread", [0.0, 0.0, -9.81], 22.0, defects=defects), DRIVE)
-    noise = np.random.default_rng(seed).normal(size=(3, SAMPLES)) * SD[:, None]
+    noise = np.random.default_rng(seed).normal(size=(3, samples)) * SD[:, None]
     v = rotor.values
     f_nat_hz, m_r_am2 = v.f_nat_hz - 0.2, 0.9 * v.m_r_am2
     start = replace(
@@ -45,9 +45,9 @@ def shot_with(defects, seed=1):
         bearing_tilt_rad=0.0,
         lateral_displacement_m=0.0,
     )
-    samples = rotor.dm_dt(SAMPLES, RATE_HZ)[0] + noise
+    seen = rotor.dm_dt(samples, RATE_HZ)[0] + noise
     return RotorShot(
-        samples=samples, rate_hz=RATE_HZ, sd=SD, geometry=rotor.geometry, drive=DRIVE, values=start, declared=v.rotation
+        samples=seen, rate_hz=RATE_HZ, sd=SD, geometry=rotor.geometry, drive=DRIVE, values=start, declared=v.rotation
     )
 
 
@@ -83,11 +83,11 @@ def test_what_no_rotor_explains_gets_no_error(pool):
 
 
 def test_a_rotor_that_leaves_more_than_noise_is_given_up_where_only_noise_will_do(pool):
-    shot = shot_with({"stator_tilt_rad": 0.02})
-    leaves_more = replace(shot, sd=0.9 * shot.sd)  # chi2/dof 1.23
-    assert ranked(leaves_more, pool)[0].chi2_per_dof == pytest.approx(1.23, abs=0.05)
-    with pytest.raises(RotorFitError, match=r"no manufacturing error explains the first 0\.5 s"):
-        ranked(leaves_more, pool, 1.1)
+    shot = shot_with({"stator_tilt_rad": 0.02}, samples=3 * SAMPLES)
+    leaves_more = replace(shot, sd=0.8 * shot.sd)  # chi2/dof 1.56
+    assert ranked(leaves_more, pool)[0].chi2_per_dof == pytest.approx(1.56, abs=0.05)
+    with pytest.raises(RotorFitError, match=r"no manufacturing error explains the first 0\.8 s"):
+        ranked(leaves_more, pool, 1.3)
 
 
 def named(best, rival):

@@ -103,13 +103,6 @@ def test_files_without_a_usable_shot_say_why(tmp_path):
         load_diagnosis_input([pendulum(tmp_path, t, angle)])
 
 
-def test_of_a_series_with_many_shots_some_are_searched_evenly_spread(tmp_path, monkeypatch):
-    monkeypatch.setattr("platform_daemon.features.diagnose.shot_reading._MOST_OF_A_SERIES", 1)
-    specimen = load_diagnosis_input([THREAD, copied(tmp_path)])
-    assert [s.name for s in specimen.shots] == [f"{THREAD.name} frame 0", "copy.h5 frame 0"]
-    assert [load().name for load in specimen.further] == [f"{THREAD.name} frame 1", "copy.h5 frame 1"]
-
-
 @pytest.mark.long
 def test_of_a_long_series_some_are_searched_and_the_others_tried_one_by_one(tmp_path, monkeypatch):
     monkeypatch.setattr("platform_daemon.features.diagnose.shot_reading._MOST_SEARCHED", 1)
