@@ -230,12 +230,20 @@ def _values(names: Sequence[str], values: NDArray[np.float64]) -> tuple[dict[str
     return dict(zip(names, numbers, strict=False)), numbers[len(names) :]
 
 
-def numbers_of_shots(name: str, shots: int, seed: int = 1, pause_s: float = 0.0) -> Iterator[dict[Any, float]]:
+def numbers_of_shots(
+    name: str, shots: int, seed: int = 1, pause_s: float = 0.0, fluctuation: Sequence[float] | None = None
+) -> Iterator[dict[Any, float]]:
     """What the fits find of shots of a shipped resonator in the paper's field, one after the other as in the paper.
 
-    pause_s: between the end of the paper's RX window and the next shot, s.
+    pause_s: between the end of the paper's RX window and the next shot, s; fluctuation: share of the friction, and
+    correlation time in s, in place of the resonator's own.
     """
     bench, rotor = Bench(None, seed=seed, switch__transient_v=[0.0, 0.0, 0.0]), specimen(name)
+    if fluctuation is not None:
+        tables = rotor.model_dump(mode="json", by_alias=True, exclude_none=True)
+        (table,) = (u for u in tables["rotor"]["undeclared"] if u["id"] == "friction_fluctuation")
+        table |= {"strength": fluctuation[0], "tau_s": fluctuation[1]}
+        rotor = type(rotor).model_validate(tables)
     program = timeline(bench.channels[0], FIELD_T[rotor.variant], rx=int(_RX_S[rotor.variant] * CLOCK.rate_hz))
     between_s = _RECEIVED_S[rotor.variant] - _RX_S[rotor.variant] + pause_s
     for shot in play(bench.backend, rotor, program, shots, 40.0, between_s, at_rest=False):
@@ -288,9 +296,12 @@ def main() -> None:
     parser.add_argument(
         "--pause-s", type=float, default=0.0, help="between shots of --resonator, beyond the paper's t_RX"
     )
+    parser.add_argument(
+        "--fluctuation", type=float, nargs=2, help="of --resonator: share of the friction, correlation time / s"
+    )
     asked = parser.parse_args()
     if asked.resonator:
-        found = list(numbers_of_shots(asked.resonator, asked.shots, asked.seed, asked.pause_s))
+        found = list(numbers_of_shots(asked.resonator, asked.shots, asked.seed, asked.pause_s, asked.fluctuation))
         print(compared(specimen(asked.resonator).variant, found))
         return
     for variant in [asked.variant] if asked.variant else PUBLISHED:
