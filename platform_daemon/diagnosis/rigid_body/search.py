@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -29,6 +29,7 @@ from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 from .starts import Start, starts_of
 
 _LIMITS = THRESHOLDS.rigid_body
+_RIVAL_CHI2 = FIT_LIMITS.rigid_rotor.rival_chi2
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class _Contestant:
         same = next(c for c in field if c.defect == self.defect and c.fit.strength[0] * self.fit.strength[0] > 0.0)
         if window_s > _LIMITS.laws_from_s and rise(self.fit, same.fit) > THRESHOLDS.selection.told_apart_chi2:
             return False
-        return rise(self.fit, field[0].fit) < FIT_LIMITS.rigid_rotor.rival_chi2
+        return rise(self.fit, field[0].fit) < _RIVAL_CHI2
 
     @property
     def kind(self) -> tuple[Defect, ContactLaw]:
@@ -82,10 +83,11 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
     for starts in starts_of(part, pool):
         for start in starts:
             begun, known = [replace(part, values=start.values)], [start.known]
+            noise = [fit for fit, _ in found if fit.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof]
             with suppress(RotorFitError):
                 fit = fit_rotor(
                     begun, start.defect, pool, first_window_s=math.inf, whole=False, held=held, known=known,
-                    to_beat=_to_beat([fit for fit, _ in found], start.defect, start.values),
+                    to_beat=_to_beat(noise, start, THRESHOLDS.selection.told_apart_chi2),
                 )  # fmt: skip
                 found.append((fit, start.known))
         if any(fit.chi2_per_dof < _LIMITS.explained_chi2_per_dof for fit, _ in found):
@@ -93,17 +95,20 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
     if not found:
         raise RotorFitError("a short window finds no rotor")
     best = min((fit for fit, _ in found), key=total_chi2)
-    return [(fit, known) for fit, known in found if rise(fit, best) < FIT_LIMITS.rigid_rotor.rival_chi2]
+    return [(fit, known) for fit, known in found if rise(fit, best) < _RIVAL_CHI2]
 
 
-def _to_beat(fits: Sequence[RotorFit], defect: Defect, values: RotorValues) -> float:
-    """chi^2 of a window above which its fits exclude one that begins with `values`; infinite if none leaves noise."""
+def _to_beat(fits: Sequence[RotorFit], start: Start, same_chi2: float) -> float:
+    """chi^2 of a window above which its fits exclude one that begins with `start`; infinite without fits.
+
+    same_chi2: by which chi^2 of the same error with the same sign may be above the least.
+    """
     best = min(fits, key=total_chi2, default=None)
-    if best is None or best.chi2_per_dof > THRESHOLDS.regression.noise_chi2_per_dof:
+    if best is None:
         return math.inf
-    strength = getattr(values, defect)
-    same = [fit for fit in fits if fit.defect == defect and fit.strength[0] * strength > 0.0]
-    above = THRESHOLDS.selection.told_apart_chi2 if same else FIT_LIMITS.rigid_rotor.rival_chi2
+    strength = getattr(start.values, start.defect)
+    same = [fit for fit in fits if fit.defect == start.defect and fit.strength[0] * strength > 0.0]
+    above = same_chi2 if same else _RIVAL_CHI2
     return total_chi2(min(same, key=total_chi2, default=best)) + above * max(1.0, best.chi2_per_dof)
 
 
@@ -133,38 +138,79 @@ def ranked(
     Raises RotorFitError: also where no rotor explains a window.
 
     In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.  So are
-    the laws of a jewel's contact: near rest it is not Coulomb's, and which other one is not known.
+    the laws of a jewel's contact: near rest it is not Coulomb's, and which other one is not known.  A kind that has not
+    begun or went astray in a window begins from the one that explains the others, beside the last window of that.
     """
     starts = [start for begun, known in _begun(shot, pool) for start in _by_laws(shot, begun, known, pool)]
     field: list[_Contestant] = []
-    longest = longest_s([shot])
-    for window_s in windows_s(2.0 * _LIMITS.sign_window_s, longest):
-        last = window_s == longest
-        held = () if last else _held(shot, window_s)
-        before = [c.stages for c in field] or [()] * len(starts)
-        fits = beside_each_other(partial(_fitted, shot, window_s, held, whole=last, pool=pool), starts)
-        field = []
-        for fit, start, stages in zip(fits, starts, before, strict=True):
-            if fit is None:
-                continue
-            one = _Contestant(fit, start.known, (*stages, Stage(window_s, fit.values, total_chi2(fit))))
-            if not one.among(field):
-                field.append(one)
-        field.sort(key=lambda c: total_chi2(c.fit))
-        most = most_chi2_per_dof if window_s > _LIMITS.laws_from_s else _LIMITS.explained_chi2_per_dof
-        if not field or field[0].fit.chi2_per_dof > most:
-            raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
-        field = [c for c in field if c.stays(field, window_s)]
+    *growing, longest = windows_s(2.0 * _LIMITS.sign_window_s, longest_s([shot]))
+    for window_s in growing:
+        field = _narrowed(_fits(shot, window_s, starts, pool), starts, field, window_s, most_chi2_per_dof)
         starts = [Start(c.defect, c.fit.values[0], c.known) for c in field]
+    early = _missing(field) if field else []
+    tasks: list[Callable[[], Sequence[RotorFit | None]]] = [partial(_fits, shot, longest, starts, pool, whole=True)]
+    for defect in early:
+        tasks.append(partial(_late, shot, field[0], defect, pool))
+    fits, *late = beside_each_other(lambda task: task(), tasks, at_once=len(tasks))
+    field = _narrowed(fits, starts, field, longest, most_chi2_per_dof)
     best: dict[tuple[Defect, ContactLaw, bool], RotorFit] = {}
     for c in field:
         best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
-    # A kind that has not begun or went astray in a window begins from the one that explains the whole shot.
-    leader = next(iter(best.values()))
-    missing = [d for d in DEFECTS if d not in {d for d, *_ in best}]
-    late = beside_each_other(lambda defect: _late(leader, defect, field[0].known, pool), missing)
-    near = [f for f in late if f is not None and rise(f, leader) < FIT_LIMITS.rigid_rotor.rival_chi2]
+    astray = [defect for defect in _missing(field) if defect not in early]
+    late += beside_each_other(lambda defect: _late(shot, field[0], defect, pool), astray)
+    leader = field[0].fit
+    near = [f for some in late for f in some if f is not None and rise(f, leader) < _RIVAL_CHI2]
     return sorted([*best.values(), *near], key=total_chi2)
+
+
+def _missing(field: Sequence[_Contestant]) -> list[Defect]:
+    """Kinds of error that none of them has."""
+    there = {c.defect for c in field}
+    return [defect for defect in DEFECTS if defect not in there]
+
+
+def _fits(
+    shot: RotorShot, window_s: float, starts: Sequence[Start], pool: Executor, *, whole: bool = False
+) -> list[RotorFit | None]:
+    """Of a window with each start.  The first one tells when others are of no use; these fall beside each other."""
+    held = () if whole else _held(shot, window_s)
+    fitted = partial(_fitted, shot, window_s, held, whole=whole, pool=pool)
+    first, others = fitted(starts[0]), starts[1:]
+    if first is None:
+        return [None, *beside_each_other(fitted, others)]
+    same_chi2 = THRESHOLDS.selection.told_apart_chi2 if window_s > _LIMITS.laws_from_s else _RIVAL_CHI2
+    return [
+        first,
+        *beside_each_other(lambda start: fitted(start, to_beat=_to_beat([first], start, same_chi2)), others),
+    ]
+
+
+def _narrowed(
+    fits: Sequence[RotorFit | None],
+    starts: Sequence[Start],
+    before: Sequence[_Contestant],
+    window_s: float,
+    most_chi2_per_dof: float,
+) -> list[_Contestant]:
+    """Those that a window does not exclude, the best first.
+
+    fits: with `starts`; before: the contestants that these were; empty in the first window.
+
+    Raises RotorFitError: no rotor explains the window.
+    """
+    field: list[_Contestant] = []
+    stages = [c.stages for c in before] or [()] * len(starts)
+    for fit, start, gone_through in zip(fits, starts, stages, strict=True):
+        if fit is None:
+            continue
+        one = _Contestant(fit, start.known, (*gone_through, Stage(window_s, fit.values, total_chi2(fit))))
+        if not one.among(field):
+            field.append(one)
+    field.sort(key=lambda c: total_chi2(c.fit))
+    most = most_chi2_per_dof if window_s > _LIMITS.laws_from_s else _LIMITS.explained_chi2_per_dof
+    if not field or field[0].fit.chi2_per_dof > most:
+        raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
+    return [c for c in field if c.stays(field, window_s)]
 
 
 def _by_laws(shot: RotorShot, begun: RotorFit, known: RotorValues, pool: Executor) -> list[Start]:
@@ -194,26 +240,35 @@ def _by_laws(shot: RotorShot, begun: RotorFit, known: RotorValues, pool: Executo
 
 
 def _fitted(
-    shot: RotorShot, window_s: float, held: Sequence[str], start: Start, *, whole: bool, pool: Executor
+    shot: RotorShot,
+    window_s: float,
+    held: Sequence[str],
+    start: Start,
+    *,
+    whole: bool,
+    pool: Executor,
+    to_beat: float = math.inf,
 ) -> RotorFit | None:
-    """A fit of a window; None: it finds no rotor."""
+    """A fit of a window; None: it finds no rotor, or none that comes below `to_beat`."""
     part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=start.values)
     try:
         return fit_rotor(
-            [part], start.defect, pool, first_window_s=math.inf, held=held, whole=whole, known=[start.known]
-        )
+            [part], start.defect, pool, first_window_s=math.inf, held=held, whole=whole, known=[start.known],
+            to_beat=to_beat,
+        )  # fmt: skip
     except RotorFitError:
         return None
 
 
-def _late(leader: RotorFit, missing: Defect, known: RotorValues, pool: Executor) -> RotorFit | None:
-    """The whole shot with another error, that begins from the one that explains it; None: it finds no such rotor."""
+def _late(shot: RotorShot, found: _Contestant, missing: Defect, pool: Executor) -> list[RotorFit]:
+    """The whole shot with another error, that begins from the one that explains it; none if it finds no such rotor."""
+    leader = replace(found.fit, shots=(shot,), stages=found.stages)
     try:
-        again = replace(leader.shots[0], values=_instead(leader, missing, known, pool))
+        again = replace(shot, values=_instead(leader, missing, found.known, pool))
         first_s = _LIMITS.exchange_window_s
-        return fit_rotor([again], missing, pool, first_window_s=first_s, known=[known], beside=leader)
+        return [fit_rotor([again], missing, pool, first_window_s=first_s, known=[found.known], beside=leader)]
     except RotorFitError:
-        return None
+        return []
 
 
 def _instead(found: RotorFit, rival: Defect, known: RotorValues, pool: Executor) -> RotorValues:

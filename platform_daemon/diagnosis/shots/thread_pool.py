@@ -37,19 +37,23 @@ def shot_pool() -> Iterator[Executor]:
         yield pool
 
 
-def beside_each_other(task: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+def beside_each_other(
+    task: Callable[[Item], Result], items: Iterable[Item], *, at_once: int | None = None
+) -> list[Result]:
     """Results of tasks that wait for a pool most of the time, so that one uses the cores while another one cannot.
 
     Each has a thread of its own, because a task would deadlock if it waited for its own pool.  The first one in order
     that fails raises.
+
+    at_once: how many run beside each other; None: one per core.
     """
-    with _threads() as threads:
+    with _threads(at_once) as threads:
         return list(threads.map(task, items))
 
 
 @contextmanager
-def _threads() -> Iterator[Executor]:
-    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+def _threads(count: int | None = None) -> Iterator[Executor]:
+    pool = ThreadPoolExecutor(count or len(os.sched_getaffinity(0)))
     try:
         yield pool
     except BaseException:

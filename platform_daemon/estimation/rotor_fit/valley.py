@@ -52,6 +52,16 @@ class Layout:
             places.append(tuple(here))
         return cls(tuple(free), tuple(places), size)
 
+    @property
+    def most_step(self) -> Array:
+        """By how much one step may move each parameter, (size,)."""
+        most = np.full(self.size, np.inf)
+        for free, places in zip(self.free, self.places, strict=True):
+            for p, k in zip(free, places, strict=True):
+                if p.logarithmic:
+                    most[k] = LIMITS.most_step_ln
+        return most
+
     def place(self, name: str) -> int:
         """Of a common parameter in the vector."""
         return next(k for p, k in zip(self.free[0], self.places[0], strict=True) if p.name == name)
@@ -89,6 +99,27 @@ class _Normal:
     counts: list[int]
     total: float
     by_shot: list[Linearised]
+
+    def step(self, damping: float, most: Array) -> tuple[Array, float]:
+        """A damped step (size,), and the fall of chi^2 that it promises.  Raises RotorFitError.
+
+        most: (size,) of each component.  One that would be larger is held there while the others are solved for: cut
+        off alone, it would leave the floor, since the others have gone along with all of it.
+        """
+        damped = self.matrix + damping * np.diag(np.diag(self.matrix))
+        step, inside = np.zeros(len(most)), np.ones(len(most), dtype=bool)
+        try:
+            while True:
+                pull = self.gradient[inside] - damped[np.ix_(inside, ~inside)] @ step[~inside]
+                step[inside] = np.linalg.solve(damped[np.ix_(inside, inside)], pull)
+                beyond = np.abs(step) > most
+                if not beyond.any():
+                    break
+                step[beyond] = np.copysign(most[beyond], step[beyond])
+                inside &= ~beyond
+        except np.linalg.LinAlgError:
+            raise RotorFitError("the shots do not determine the rotor's parameters") from None
+        return step, float(2.0 * self.gradient @ step - step @ self.matrix @ step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,39 +254,44 @@ def settled(
 
     last: no longer window follows; to_beat: chi^2 above which the fit is of no use.
 
+    Where trials had to be damped more before one led down, the next step keeps that damping, since the valley bends as
+    much there; where the first one leads down, the next step is damped less.
+
     Raises RotorFitError, also above `to_beat`; the fit ends where steps as good as the last one will not lead below.
     """
     most_steps, settled_chi2 = (
         (LIMITS.most_steps, LIMITS.found_chi2) if last else (LIMITS.few_steps, LIMITS.settled_chi2)
     )
     valley = Valley(shots, layout, first, window_s)
-    damping, grows = LIMITS.first_damping, LIMITS.damping_grows
+    damping, kept = LIMITS.first_damping, False
     for left in reversed(range(most_steps)):
         normal = valley.linearised(values, pool)
         matrix, counts, chi2 = normal.matrix, normal.counts, normal.chi2
-        reached, expected = None, 0.0
-        while damping < LIMITS.most_damping:
-            damped = normal.matrix + damping * np.diag(np.diag(normal.matrix))
-            try:
-                step = np.asarray(np.linalg.solve(damped, normal.gradient), dtype=np.float64)
-            except np.linalg.LinAlgError:
-                raise RotorFitError("the shots do not determine the rotor's parameters") from None
-            expected = float(2.0 * normal.gradient @ step - step @ normal.matrix @ step)
-            if expected < settled_chi2:
-                break
+        # Far from the floor no step is more than a direction, and the others need not go along.
+        near = normal.total < LIMITS.near_chi2_per_dof * sum(counts)
+        most = layout.most_step if near else np.full(layout.size, np.inf)
+        step, expected = normal.step(damping, most)
+        while kept and expected < settled_chi2 and damping > LIMITS.least_damping:
+            damping *= LIMITS.damping_falls
+            step, expected = normal.step(damping, most)
+        reached, grows, at_once = None, LIMITS.damping_grows, True
+        while expected > settled_chi2 and damping < LIMITS.most_damping:
             reached = valley.trial(values, step, normal, pool)
             if reached is not None and reached.total < normal.total:
                 break
-            reached, damping, grows = None, damping * grows, 2.0 * grows
+            reached, damping, grows, at_once = None, damping * grows, 2.0 * grows, False
             if expected < LIMITS.settled_chi2:  # so little is lost in the choice of the steps of a motion
                 break
+            step, expected = normal.step(damping, most)
         if reached is None:
             break
         values, fall, chi2 = reached.values, normal.total - reached.total, [float(r @ r) for r in reached.left]
-        damping *= LIMITS.damping_falls if fall > LIMITS.good_fall * expected else 1.0
-        grows = LIMITS.damping_grows
-        if max(fall, LIMITS.good_fall * expected) < settled_chi2:
+        # A step that a kept damping makes small says nothing of what is left.
+        if max(fall, LIMITS.good_fall * expected) < settled_chi2 and not (at_once and kept):
             break
+        kept = not at_once
+        if at_once and fall > LIMITS.good_fall * expected:
+            damping = max(LIMITS.damping_falls * damping, LIMITS.least_damping)
         if reached.total - left * fall > to_beat:
             break
         del normal, reached  # before the next ones, which are as large

@@ -134,6 +134,10 @@ class RigidRotorThresholds:
     )
     damping_grows: float = tuned(4.0, "1", "by which it grows after a failure, twice as much after the next one")
     damping_falls: float = tuned(0.03, "1", "factor of the damping after a good step: trials cost little")
+    near_chi2_per_dof: float = tuned(
+        10.0, "1", "below which all parameters go along with one whose step is limited; not so from far starts", START
+    )
+    least_damping: float = tuned(1e-9, "1", "below which only the least eigenvalue of the scaled J^T J would be told")
     most_damping: float = tuned(1e8, "1", "at which a window that grows ends")
     found_chi2: float = tuned(
         3e-2, "1", "the same in the last window: a sixth of a standard error, where 1 left tilts one error low", START
