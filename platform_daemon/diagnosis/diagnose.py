@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import cache, partial
 
 from platform_daemon.estimation.physics.models import RingDownModel
 
@@ -36,10 +35,9 @@ from .regression.joint_fit import JointFit
 from .regression.parameters import Mean, means, widened, window_disagreement, with_scales
 from .regression.score_test import ScoreTable
 from .report_schema import DiagnosisVerdict
-from .rigid_body.defects import manufacturing_error
 from .rigid_body.plane_test import PlaneTest, plane_test
 from .rotor_diagnosis import of_rotor
-from .rotor_search import is_quiet, rotor_of
+from .rotor_search import RotorBeside, is_quiet, rotor_of
 from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.data_integrity import DataDefect, data_defects, merged
 from .selection.omnibus_test import omnibus_test
@@ -159,9 +157,10 @@ def _diagnose(
             fitted = [f"of {len(prepared)} shots {len(some)}, evenly spread, are fitted"] if more else []
             own_course = "a friction that fluctuates, in each shot by a course of its own,"
             return whole(by_friction, [*fitted, *test(own_course), *plane_notes(plane, shots)], refused, ())
-    found, late = selected_effects(prepared, model, gaps, progress, pool)
-    gaps = merged([*gaps, *late])
-    ended = _rotor_or_effects(found, plane, gaps, progress, pool)
+    with RotorBeside(plane, pool) as beside:
+        found, late = selected_effects(prepared, model, gaps, progress, pool, beside.begin)
+        gaps = merged([*gaps, *late])
+        ended = _rotor_or_effects(found, beside, gaps, progress, pool)
     if isinstance(ended, Diagnosis):
         return whole(ended, test("a rotor"), refused, gaps)
     progress("parameters before and after", 0.9)
@@ -212,22 +211,21 @@ def _validated(found: Selection, gaps: Sequence[DataDefect], pool: Executor) -> 
 
 def _rotor_or_effects(
     found: Selection,
-    plane: PlaneTest | None,
+    beside: RotorBeside,
     gaps: Sequence[DataDefect],
     progress: ProgressCallback,
     pool: Executor,
 ) -> Diagnosis | _Searched:
     """A rotor that leaves less than the effects of one angle, as a diagnosis, or these with their evidence."""
     base = found.base
-    solved = cache(partial(manufacturing_error, base, pool, leaving_noise=True))
 
     def by_rotor(plane: PlaneTest, final: JointFit, verdict: DiagnosisVerdict) -> Diagnosis | None:
-        rotor = solved()
+        rotor = beside.of(base)
         if rotor is None or not leaves_less(rotor, final, verdict):
             return None
         return of_rotor(base, plane, rotor, pool, searched=True)
 
-    untried = None if plane is None or plane.leaves or (plane.may_leave and not is_quiet(base)) else plane
+    untried = beside.untried(base)
     if untried is not None and not is_quiet(base) and may_be_imitated(found.best):
         # The evidence for each torque takes longer than the rotor, and only a rotor that leaves more needs it.
         progress("a rotor of five degrees of freedom", 0.8)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -41,13 +42,16 @@ def selected_effects(
     local: Sequence[DataDefect],
     progress: ProgressCallback,
     pool: Executor,
+    on_sets: Callable[[JointFit], None] = lambda base: None,
 ) -> tuple[Selection, list[DataDefect]]:
     """The selected effects, and clock gaps that only a model of the motion shows.
 
     A missing effect looks like such gaps, and they look like a missing effect: both are tried, and the smaller residual
     decides.
+
+    on_sets: called with the declared model's fit where single effects do not do.
     """
-    found = _effects(prepared, model, progress, pool)
+    found = _effects(prepared, model, progress, pool, on_sets)
     filled, gaps = gap_filled(prepared, model, pool, local)
     if gaps:
         refilled = _effects(filled, model, progress, pool)
@@ -85,11 +89,15 @@ def _count_of_kicks(found: Selection) -> int:
 
 
 def _effects(
-    prepared: Sequence[PreparedShot], model: RingDownModel, progress: ProgressCallback, pool: Executor
+    prepared: Sequence[PreparedShot],
+    model: RingDownModel,
+    progress: ProgressCallback,
+    pool: Executor,
+    on_sets: Callable[[JointFit], None] = lambda base: None,
 ) -> Selection:
     """The joint fit of the declared model, and the effects that it lacks."""
     base = declared_fit(prepared, model, pool)
-    return select_effects(base, candidates_for(base), pool, progress)
+    return select_effects(base, candidates_for(base), pool, progress, partial(on_sets, base))
 
 
 def declared_fit(prepared: Sequence[PreparedShot], model: RingDownModel, pool: Executor) -> JointFit:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -13,12 +13,13 @@ from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_THRESHOLDS
 
-from .findings.rotor_findings import leaves_noise
+from .findings.rotor_findings import few_jewels, leaves_noise
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .rigid_body.defects import ManufacturingError, manufacturing_error
 from .rigid_body.plane_test import PlaneTest
 from .shots.shot import PreparedShot
+from .shots.thread_pool import StoppableExecutor
 from .thresholds import THRESHOLDS
 
 _LIMITS = THRESHOLDS.rigid_body
@@ -45,6 +46,46 @@ def rotor_of(
         if free is not None and (rotor is None or sum(free.fit.chi2) < sum(rotor.fit.chi2)):
             declared, rotor = freed, free
     return None if rotor is None or not (plane.leaves or leaves_noise(rotor)) else (declared, rotor)
+
+
+class RotorBeside:
+    """The search for a rotor that leaves only noise, beside that for effects of one angle, until it is of no use.
+
+    For motions that stay in their plane as far as the noise shows, of which no rotor was sought before.
+    """
+
+    def __init__(self, plane: PlaneTest | None, pool: Executor) -> None:
+        self._plane, self._pool = plane, pool
+        self._beside, self._thread = StoppableExecutor(pool), ThreadPoolExecutor(1)
+        self._begun: tuple[JointFit, Future[ManufacturingError | None]] | None = None
+
+    def __enter__(self) -> RotorBeside:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self._beside.stop()
+        self._thread.shutdown(wait=kind is None, cancel_futures=True)
+
+    def untried(self, base: JointFit) -> PlaneTest | None:
+        """The test of the plane, where no rotor was sought beforehand that one angle with this fit could need."""
+        plane = self._plane
+        if plane is None or plane.leaves or (plane.may_leave and not is_quiet(base)):
+            return None
+        return plane
+
+    def begin(self, base: JointFit) -> None:
+        """The search begins beside the present one, if it may be needed."""
+        if self._begun is None and self.untried(base) is not None and not is_quiet(base) and few_jewels(base):
+            self._begun = base, self._thread.submit(manufacturing_error, base, self._beside, leaving_noise=True)
+
+    def of(self, base: JointFit) -> ManufacturingError | None:
+        """Its result."""
+        if self._begun is None or self._begun[0] is not base:
+            self._beside.stop()
+            done: Future[ManufacturingError | None] = Future()
+            done.set_result(manufacturing_error(base, self._pool, leaving_noise=True))
+            self._begun = base, done
+        return self._begun[1].result()
 
 
 def _drive_is_doubtful(rotor: ManufacturingError) -> bool:

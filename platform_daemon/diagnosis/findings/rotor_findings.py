@@ -88,10 +88,14 @@ def may_be_imitated(best: JointFit) -> bool:
 
     Not where strengths that differ from shot to shot may still leave less.
     """
-    same = len(best.prepared) < THRESHOLDS.validation.fewest_own_strengths
     noise = best.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
-    jewels = _bearings(best) == {"jewel"}
-    return jewels and (same or noise) and any(c.term is not None for c in best.hypothesis.effects)
+    some = any(c.term is not None for c in best.hypothesis.effects)
+    return some and (few_jewels(best) or (noise and _bearings(best) == {"jewel"}))
+
+
+def few_jewels(fit: JointFit) -> bool:
+    """All shots are of jewels, too few for strengths that differ from shot to shot."""
+    return _bearings(fit) == {"jewel"} and len(fit.prepared) < THRESHOLDS.validation.fewest_own_strengths
 
 
 def _bearings(fit: JointFit) -> set[str | None]:

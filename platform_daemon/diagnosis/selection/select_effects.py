@@ -6,7 +6,7 @@ torque is missing, no line is. Each is therefore judged beside the other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -24,17 +24,22 @@ _LIMITS = THRESHOLDS.selection
 
 
 def select_effects(
-    base: JointFit, candidates: Sequence[Candidate], pool: Executor, progress: ProgressCallback
+    base: JointFit,
+    candidates: Sequence[Candidate],
+    pool: Executor,
+    progress: ProgressCallback,
+    on_sets: Callable[[], None] = lambda: None,
 ) -> Selection:
     """Add effects to the declared model until nothing that has a name is left.
 
     candidates: torque and receiver candidates; additive ones are searched for here.
+    on_sets: called where single effects of a dipole do not do.
 
     Raises:
         LostTrajectoryError: the declared model itself describes no oscillation.
     """
     if base.prepared[0].shot.record.quantity != "angle" or _quiet(base):
-        return StepwiseSearch(base, list(candidates), pool, progress).run(base)
+        return StepwiseSearch(base, list(candidates), pool, progress, on_sets=on_sets).run(base)
     every = StepwiseSearch(base, list(candidates), pool, progress)
     search = _AngleSearch(base, candidates, pool, progress)
     sets, beside = search.run()

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from threading import Event
 from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
@@ -28,6 +29,27 @@ class InlineExecutor(Executor):
         except Exception as error:  # handed on by the future, as every executor does
             done.set_exception(error)
         return done
+
+
+class StoppedError(RuntimeError):
+    """What these tasks belong to is of no use any more."""
+
+
+class StoppableExecutor(Executor):
+    """It hands tasks on to another executor until it is stopped; further ones raise StoppedError."""
+
+    def __init__(self, executor: Executor) -> None:
+        self._executor, self._stopped = executor, Event()
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """As of the other one.  Raises StoppedError."""
+        if self._stopped.is_set():
+            raise StoppedError
+        return self._executor.submit(fn, *args, **kwargs)
+
+    def stop(self) -> None:
+        """No further task."""
+        self._stopped.set()
 
 
 @contextmanager
