@@ -116,23 +116,27 @@ class Blocks:
         return (early @ early.T, early @ before.T, late @ late.T, late @ behind.T), float(np.sum(self.y**2))
 
     def fitted(self, size: float) -> tuple[Array, float]:
-        """Sizes of the waves (channels, columns) for `size` lost samples, and chi^2.
-
-        Waves at later times are the same waves, turned and mixed: the samples are summed over once for all sizes.
-        """
-        (early, before, late, behind), power = self._products
-        later = _later(size, self.frequency, self.half)
-        square, along = early + later @ late @ later.T, before + later @ behind
-        # At few samples per period high harmonics look like low ones: the weight on the diagonal shares between them.
-        inside = np.linalg.solve(
-            square + _LIMITS.ridge_share * np.trace(square) / len(square) * np.eye(len(square)), along
-        )
-        chi2 = power - 2.0 * float(np.sum(inside * along)) + float(np.sum(inside * (square @ inside)))
-        return np.asarray(inside.T), max(chi2, 0.0)
+        """Sizes of the waves (channels, columns) for `size` lost samples, and chi^2."""
+        inside, chi2 = self._of(np.array([size]))
+        return np.asarray(inside[0].T), float(chi2[0])
 
     def chi2(self, size: float) -> float:
         """chi^2 for `size` lost samples; of repeated ones the size is negative."""
-        return self.fitted(size)[1]
+        return float(self._of(np.array([size]))[1][0])
+
+    def _of(self, lost: Array) -> tuple[Array, Array]:
+        """Sizes of the waves (k, columns, channels) for each of (k,) numbers of lost samples, and chi^2 (k,).
+
+        Waves at later times are the same waves, turned and mixed: the samples are summed over once for all of them.
+        """
+        (early, before, late, behind), power = self._products
+        later = _later(lost, self.frequency, self.half)
+        square, along = early + later @ late @ later.swapaxes(1, 2), before + later @ behind
+        # At few samples per period high harmonics look like low ones: the weight on the diagonal shares between them.
+        weight = _LIMITS.ridge_share * np.trace(square, axis1=1, axis2=2) / square.shape[1]
+        inside = np.linalg.solve(square + weight[:, None, None] * np.eye(square.shape[1]), along)
+        chi2 = power + np.sum(inside * (square @ inside - 2.0 * along), axis=(1, 2))
+        return inside, np.maximum(chi2, 0.0)
 
     def kicked(self) -> float:
         """chi^2 with a free oscillation in addition that starts at the place: a kick."""
@@ -149,8 +153,8 @@ class Blocks:
         """
         repeats = int(_LIMITS.most_repeated_periods * _LIMITS.tried_losses) if repeated else 0
         tried = np.arange(-repeats, 2 * _LIMITS.tried_losses + 1) / (self.frequency * _LIMITS.tried_losses)
-        found = [self.chi2(float(s)) for s in tried]
-        lowest = [k for k in range(len(found)) if found[k] == min(found[max(0, k - 1) : k + 2])]
+        found = self._of(tried)[1]
+        lowest = [k for k in range(len(found)) if found[k] == found[max(0, k - 1) : k + 2].min()]
         polished = [(self.chi2(s), s) for s in (self.polished(float(tried[k]), float(tried[0])) for k in lowest)]
         least = min(polished)[0]
         as_good = [s for chi2, s in polished if chi2 <= least * (1.0 + _LIMITS.as_good_chi2 / self.y.size)]
@@ -174,21 +178,22 @@ def window(stretch: Stretch, near: int, periods: float) -> tuple[Window, int]:
     return Window(y=y, time=np.arange(last - first) - float(near - first), frequency=frequency, half=float(half)), first
 
 
-def _later(size: float, frequency: float, scale: float) -> Array:
-    """(columns, columns): waves(time + size) from waves(time)."""
-    shift = size / scale
-    slow = np.array(
-        [
-            [math.comb(d, k) * shift ** (d - k) if k <= d else 0.0 for k in range(_LIMITS.swing_degrees)]
-            for d in range(_LIMITS.swing_degrees)
-        ]
-    )
-    turned = np.eye(2 * len(_LIMITS.swing_harmonics) + 1)
+def _later(lost: Array, frequency: float, scale: float) -> Array:
+    """(k, columns, columns): waves(time + lost) from waves(time), of each of (k,) numbers of lost samples."""
+    shift, turns = lost / scale, 2.0 * math.pi * frequency * lost
+    slow = np.zeros((lost.size, _LIMITS.swing_degrees, _LIMITS.swing_degrees))
+    for d in range(_LIMITS.swing_degrees):
+        for k in range(d + 1):
+            slow[:, d, k] = math.comb(d, k) * shift ** (d - k)
+    turned = np.zeros((lost.size, 2 * len(_LIMITS.swing_harmonics) + 1, 2 * len(_LIMITS.swing_harmonics) + 1))
+    turned[:, 0, 0] = 1.0
     for k, h in enumerate(_LIMITS.swing_harmonics):
-        c, s = math.cos(2.0 * math.pi * h * frequency * size), math.sin(2.0 * math.pi * h * frequency * size)
-        turned[2 * k + 1 : 2 * k + 3, 2 * k + 1 : 2 * k + 3] = [[c, -s], [s, c]]
-    n = _LIMITS.swing_degrees * len(turned)
-    return (slow[:, None, :, None] * turned[None, :, None, :]).reshape(n, n)
+        cosine, sine = 2 * k + 1, 2 * k + 2
+        turned[:, cosine, cosine] = turned[:, sine, sine] = np.cos(h * turns)
+        turned[:, sine, cosine] = np.sin(h * turns)
+        turned[:, cosine, sine] = -turned[:, sine, cosine]
+    n = slow.shape[1] * turned.shape[1]
+    return (slow[:, :, None, :, None] * turned[:, None, :, None, :]).reshape(lost.size, n, n)
 
 
 def _sizes(rows: Array, y: Array) -> Array:

@@ -58,7 +58,8 @@ def lost_samples(stretch: Stretch) -> list[PhaseStep]:
     found: list[PhaseStep] = []
     for at in sorted(suspects, key=lambda at: suspects[at]):
         reach = 2.0 * stretch.periods / stretch.frequency(float(at))
-        if all(abs(at - f.at) > reach for f in found):
+        # Where the model misfits all along, every window is suspect: one look at the neighbours spares the measurement.
+        if all(abs(at - f.at) > reach for f in found) and _stands_out(stretch, at):
             # Where a good part of a period is lost, a repeat may lead to a place where neither explains.
             step = _measured(stretch, at, repeated=True) or _measured(stretch, at, repeated=False)
             if step is not None and all(abs(step.at - f.at) > reach for f in found):
