@@ -85,6 +85,25 @@ class Layout:
         return weight, weight * off, float(weight @ off**2)
 
 
+def limited_step(matrix: Array, gradient: Array, most: Array) -> Array:
+    """The step (size,) that solves matrix @ step = gradient as far as no component is above `most`, (size,).
+
+    A component that would be larger is held there while the others are solved for: cut off alone, it would leave the
+    floor of a valley, since the others have gone along with all of it.
+
+    Raises LinAlgError.
+    """
+    step, inside = np.zeros(len(most)), np.ones(len(most), dtype=bool)
+    while True:
+        pull = gradient[inside] - matrix[np.ix_(inside, ~inside)] @ step[~inside]
+        step[inside] = np.linalg.solve(matrix[np.ix_(inside, inside)], pull)
+        beyond = np.abs(step) > most
+        if not beyond.any():
+            return step
+        step[beyond] = np.copysign(most[beyond], step[beyond])
+        inside &= ~beyond
+
+
 @dataclass(frozen=True, eq=False)
 class _Normal:
     """Normal equations of all shots at some values.
@@ -101,22 +120,12 @@ class _Normal:
     by_shot: list[Linearised]
 
     def step(self, damping: float, most: Array) -> tuple[Array, float]:
-        """A damped step (size,), and the fall of chi^2 that it promises.  Raises RotorFitError.
+        """A damped step (size,) with no component above (size,) `most`, and the fall of chi^2 that it promises.
 
-        most: (size,) of each component.  One that would be larger is held there while the others are solved for: cut
-        off alone, it would leave the floor, since the others have gone along with all of it.
+        Raises RotorFitError.
         """
-        damped = self.matrix + damping * np.diag(np.diag(self.matrix))
-        step, inside = np.zeros(len(most)), np.ones(len(most), dtype=bool)
         try:
-            while True:
-                pull = self.gradient[inside] - damped[np.ix_(inside, ~inside)] @ step[~inside]
-                step[inside] = np.linalg.solve(damped[np.ix_(inside, inside)], pull)
-                beyond = np.abs(step) > most
-                if not beyond.any():
-                    break
-                step[beyond] = np.copysign(most[beyond], step[beyond])
-                inside &= ~beyond
+            step = limited_step(self.matrix + damping * np.diag(np.diag(self.matrix)), self.gradient, most)
         except np.linalg.LinAlgError:
             raise RotorFitError("the shots do not determine the rotor's parameters") from None
         return step, float(2.0 * self.gradient @ step - step @ self.matrix @ step)
