@@ -305,7 +305,8 @@ def _uncertain(linear: LinearisedShot, keep: np.ndarray, known: Array) -> float:
     With e the errors of what is predicted, chi^2 = r (1 + e e^T)^-1 r has an expectation of one per sample.
     """
     columns = np.concatenate([linear.base(), linear.columns], axis=1)
-    norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    norm = np.linalg.norm(columns, axis=0)
+    norm[norm == 0.0] = 1.0  # these samples tell nothing of it
     used, predicted = _parts(linear, columns / norm, keep)
     before = np.linalg.qr(np.concatenate([used, known / norm]), mode="r")
     wide = np.concatenate([predicted, before])
