@@ -42,16 +42,16 @@ def selected_effects(
     local: Sequence[DataDefect],
     progress: ProgressCallback,
     pool: Executor,
-    on_sets: Callable[[JointFit], None] = lambda base: None,
+    on_larger_sets: Callable[[JointFit], None] = lambda base: None,
 ) -> tuple[Selection, list[DataDefect]]:
     """The selected effects, and clock gaps that only a model of the motion shows.
 
     A missing effect looks like such gaps, and they look like a missing effect: both are tried, and the smaller residual
     decides.
 
-    on_sets: called with the declared model's fit where single effects do not do.
+    on_larger_sets: called with the declared model's fit once single effects do not suffice.
     """
-    found = _effects(prepared, model, progress, pool, on_sets)
+    found = _effects(prepared, model, progress, pool, on_larger_sets)
     filled, gaps = gap_filled(prepared, model, pool, local)
     if gaps:
         refilled = _effects(filled, model, progress, pool)
@@ -93,11 +93,11 @@ def _effects(
     model: RingDownModel,
     progress: ProgressCallback,
     pool: Executor,
-    on_sets: Callable[[JointFit], None] = lambda base: None,
+    on_larger_sets: Callable[[JointFit], None] = lambda base: None,
 ) -> Selection:
     """The joint fit of the declared model, and the effects that it lacks."""
     base = declared_fit(prepared, model, pool)
-    return select_effects(base, candidates_for(base), pool, progress, partial(on_sets, base))
+    return select_effects(base, candidates_for(base), pool, progress, partial(on_larger_sets, base))
 
 
 def declared_fit(prepared: Sequence[PreparedShot], model: RingDownModel, pool: Executor) -> JointFit:

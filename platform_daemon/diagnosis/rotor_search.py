@@ -1,4 +1,4 @@
-"""The search for a rotor of five degrees of freedom, before that for effects of one angle."""
+"""The search for a rotor of five degrees of freedom, before that for effects of one angle or beside it."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class RotorBeside:
 
     def __init__(self, plane: PlaneTest | None, pool: Executor) -> None:
         self._plane, self._pool = plane, pool
-        self._beside, self._thread = StoppableExecutor(pool), ThreadPoolExecutor(1)
+        self._beside, self._thread = StoppableExecutor(pool), ThreadPoolExecutor(1, thread_name_prefix="rotor")
         self._begun: tuple[JointFit, Future[ManufacturingError | None]] | None = None
 
     def __enter__(self) -> RotorBeside:
@@ -82,6 +82,8 @@ class RotorBeside:
         """Its result."""
         if self._begun is None or self._begun[0] is not base:
             self._beside.stop()
+            if self._begun is not None:
+                self._begun[1].exception()  # wait, so that no two searches keep their arrays
             done: Future[ManufacturingError | None] = Future()
             done.set_result(manufacturing_error(base, self._pool, leaving_noise=True))
             self._begun = base, done

@@ -277,6 +277,7 @@ class Selection:
     windows_in_memory: int = 64  # windows that are fitted at once [cost]
     followed_chi2_per_value: float = 1.5  # of waves that follow the swing [test_clock_gaps]
     neighbour_ratio: float = 5.0  # of a window's misfit over that of its neighbours [A]
+    neighbour_hint_ratio: float = 2.0  # the same at a suspect, up to a period beside the place of its step [unset]
     odd_ratio: float = 20.0  # of a window's misfit over the median [A]
     unseen_share: float = 1e-9  # of a column beside the waves that rounding leaves [digits]
     kick_chi2: float = 25.0  # by which a loss must explain more than a kick does [noise: 6e-7]

@@ -66,6 +66,10 @@ class _Contestant:
         """Error and law."""
         return self.defect, self.law
 
+    def alike(self, other: _Contestant) -> bool:
+        """Both are the same kind with the same sign."""
+        return self.kind == other.kind and self.fit.strength[0] * other.fit.strength[0] > 0.0
+
     def among(self, others: Sequence[_Contestant]) -> bool:
         """One of them is the same kind with the same size."""
         size, std = self.fit.strength
@@ -87,7 +91,7 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
             with suppress(RotorFitError):
                 fit = fit_rotor(
                     begun, start.defect, pool, first_window_s=math.inf, whole=False, held=held, known=known,
-                    to_beat=_to_beat(noise, start, THRESHOLDS.selection.told_apart_chi2),
+                    to_beat=_to_beat(noise, start),
                 )  # fmt: skip
                 found.append((fit, start.known))
         if any(fit.chi2_per_dof < _LIMITS.explained_chi2_per_dof for fit, _ in found):
@@ -98,17 +102,14 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
     return [(fit, known) for fit, known in found if rise(fit, best) < _RIVAL_CHI2]
 
 
-def _to_beat(fits: Sequence[RotorFit], start: Start, same_chi2: float) -> float:
-    """chi^2 of a window above which its fits exclude one that begins with `start`; infinite without fits.
-
-    same_chi2: by which chi^2 of the same error with the same sign may be above the least.
-    """
+def _to_beat(fits: Sequence[RotorFit], start: Start) -> float:
+    """chi^2 of a window above which its fits exclude one that begins with `start`; infinite without fits."""
     best = min(fits, key=total_chi2, default=None)
     if best is None:
         return math.inf
     strength = getattr(start.values, start.defect)
     same = [fit for fit in fits if fit.defect == start.defect and fit.strength[0] * strength > 0.0]
-    above = same_chi2 if same else _RIVAL_CHI2
+    above = THRESHOLDS.selection.told_apart_chi2 if same else _RIVAL_CHI2
     return total_chi2(min(same, key=total_chi2, default=best)) + above * max(1.0, best.chi2_per_dof)
 
 
@@ -139,7 +140,8 @@ def ranked(
 
     In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.  So are
     the laws of a jewel's contact: near rest it is not Coulomb's, and which other one is not known.  A kind that has not
-    begun or went astray in a window begins from the one that explains the others, beside the last window of that.
+    begun or went astray in a window begins from the best one of the last window but one, beside the last window of
+    that; where the last window has another best one, once more from that.
     """
     starts = [start for begun, known in _begun(shot, pool) for start in _by_laws(shot, begun, known, pool)]
     field: list[_Contestant] = []
@@ -147,6 +149,7 @@ def ranked(
     for window_s in growing:
         field = _narrowed(_fits(shot, window_s, starts, pool), starts, field, window_s, most_chi2_per_dof)
         starts = [Start(c.defect, c.fit.values[0], c.known) for c in field]
+    begun = field[0] if field else None
     early = _missing(field) if field else []
     tasks: list[Callable[[], Sequence[RotorFit | None]]] = [partial(_fits, shot, longest, starts, pool, whole=True)]
     for defect in early:
@@ -156,10 +159,13 @@ def ranked(
     best: dict[tuple[Defect, ContactLaw, bool], RotorFit] = {}
     for c in field:
         best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
-    astray = [defect for defect in _missing(field) if defect not in early]
-    late += beside_each_other(lambda defect: _late(shot, field[0], defect, pool), astray)
-    leader = field[0].fit
-    near = [f for some in late for f in some if f is not None and rise(f, leader) < _RIVAL_CHI2]
+    near = [f for some in late for f in some if f is not None and rise(f, field[0].fit) < _RIVAL_CHI2]
+    # Where the last window has another best one, what began from the former one proves nothing by being far off.
+    same = begun is not None and begun.alike(field[0])
+    tried = {f.defect for f in near} | (set(early) if same else set())
+    astray = [defect for defect in _missing(field) if defect not in tried]
+    again = beside_each_other(lambda defect: _late(shot, field[0], defect, pool), astray)
+    near += [f for some in again for f in some if rise(f, field[0].fit) < _RIVAL_CHI2]
     return sorted([*best.values(), *near], key=total_chi2)
 
 
@@ -172,17 +178,20 @@ def _missing(field: Sequence[_Contestant]) -> list[Defect]:
 def _fits(
     shot: RotorShot, window_s: float, starts: Sequence[Start], pool: Executor, *, whole: bool = False
 ) -> list[RotorFit | None]:
-    """Of a window with each start.  The first one tells when others are of no use; these fall beside each other."""
+    """Of a window with each start, the others beside each other.
+
+    In a long window the first one tells when others are of no use; in a short one they are cheap, and their valleys
+    bend so much that a small step says nothing of those that follow.
+    """
+    if not starts:
+        return []
     held = () if whole else _held(shot, window_s)
     fitted = partial(_fitted, shot, window_s, held, whole=whole, pool=pool)
-    first, others = fitted(starts[0]), starts[1:]
-    if first is None:
-        return [None, *beside_each_other(fitted, others)]
-    same_chi2 = THRESHOLDS.selection.told_apart_chi2 if window_s > _LIMITS.laws_from_s else _RIVAL_CHI2
-    return [
-        first,
-        *beside_each_other(lambda start: fitted(start, to_beat=_to_beat([first], start, same_chi2)), others),
-    ]
+    if window_s <= _LIMITS.laws_from_s:
+        return beside_each_other(fitted, starts)
+    first = fitted(starts[0])
+    known = [] if first is None else [first]
+    return [first, *beside_each_other(lambda start: fitted(start, to_beat=_to_beat(known, start)), starts[1:])]
 
 
 def _narrowed(

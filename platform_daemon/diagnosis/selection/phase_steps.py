@@ -59,7 +59,7 @@ def lost_samples(stretch: Stretch) -> list[PhaseStep]:
     for at in sorted(suspects, key=lambda at: suspects[at]):
         reach = 2.0 * stretch.periods / stretch.frequency(float(at))
         # Where the model misfits all along, every window is suspect: one look at the neighbours spares the measurement.
-        if all(abs(at - f.at) > reach for f in found) and _stands_out(stretch, at):
+        if all(abs(at - f.at) > reach for f in found) and _may_stand_out(stretch, at):
             # Where a good part of a period is lost, a repeat may lead to a place where neither explains.
             step = _measured(stretch, at, repeated=True) or _measured(stretch, at, repeated=False)
             if step is not None and all(abs(step.at - f.at) > reach for f in found):
@@ -213,7 +213,14 @@ def _measured(stretch: Stretch, near: int, *, repeated: bool) -> PhaseStep | Non
     return _judged(parts, parts.polished(size), seen.time[at - first], stretch.sd, at)
 
 
-def _stands_out(stretch: Stretch, at: int) -> bool:
+def _may_stand_out(stretch: Stretch, near: int) -> bool:
+    """Whether the misfit stands out at a sample or a period beside it, by less than at the place of the step itself."""
+    period = round(1.0 / stretch.frequency(float(near)))
+    places = (at for at in (near, near - period, near + period) if 0 < at < stretch.samples.shape[1])
+    return any(_stands_out(stretch, at, _LIMITS.neighbour_hint_ratio) for at in places)
+
+
+def _stands_out(stretch: Stretch, at: int, ratio: float = _LIMITS.neighbour_ratio) -> bool:
     """The misfit of the window is far above that of its neighbours: a second mode is all along, a loss is not."""
     seen, first = window(stretch, at, _LIMITS.window_shares[-1] * stretch.periods)
     here, width = _misfit(seen, at - first), seen.time.size
@@ -222,7 +229,7 @@ def _stands_out(stretch: Stretch, at: int) -> bool:
         if 0.5 * width < place < stretch.samples.shape[1] - 0.5 * width:
             other, begin = window(stretch, place, _LIMITS.window_shares[-1] * stretch.periods)
             neighbours.append(_misfit(other, place - begin))
-    return not neighbours or here > _LIMITS.neighbour_ratio * min(neighbours)
+    return not neighbours or here > ratio * min(neighbours)
 
 
 def _misfit(seen: Window, at: int) -> float:

@@ -28,18 +28,18 @@ def select_effects(
     candidates: Sequence[Candidate],
     pool: Executor,
     progress: ProgressCallback,
-    on_sets: Callable[[], None] = lambda: None,
+    on_larger_sets: Callable[[], None] = lambda: None,
 ) -> Selection:
     """Add effects to the declared model until nothing that has a name is left.
 
     candidates: torque and receiver candidates; additive ones are searched for here.
-    on_sets: called where single effects of a dipole do not do.
+    on_larger_sets: called once single effects of a dipole do not suffice.
 
     Raises:
         LostTrajectoryError: the declared model itself describes no oscillation.
     """
     if base.prepared[0].shot.record.quantity != "angle" or _quiet(base):
-        return StepwiseSearch(base, list(candidates), pool, progress, on_sets=on_sets).run(base)
+        return StepwiseSearch(base, list(candidates), pool, progress, on_larger_sets=on_larger_sets).run(base)
     every = StepwiseSearch(base, list(candidates), pool, progress)
     search = _AngleSearch(base, candidates, pool, progress)
     sets, beside = search.run()

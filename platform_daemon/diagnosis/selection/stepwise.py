@@ -100,17 +100,17 @@ class StepwiseSearch:
         pool: Executor,
         progress: ProgressCallback,
         explained: JointFit | None = None,
-        on_sets: Callable[[], None] = lambda: None,
+        on_larger_sets: Callable[[], None] = lambda: None,
     ) -> None:
         """explained: what is so does not make the gains of torques negligible; None: nothing is yet, as in `base`.
 
-        on_sets: called where single effects do not do.
+        on_larger_sets: called once single effects do not suffice.
         """
         self._base = base
         self._explained = explained or base
         self._named = named
         self._pool = pool
-        self._progress, self._on_sets = progress, on_sets
+        self._progress, self._on_larger_sets = progress, on_larger_sets
         self._trials = float(len(named) + len(transients(base)) + _LIMITS.unnamed_trials)
         self._scanned: tuple[JointFit, tuple[list[Candidate], list[Candidate]]] | None = None
 
@@ -139,7 +139,7 @@ class StepwiseSearch:
                 break
             size += 1
             if size > 1:
-                self._on_sets()
+                self._on_larger_sets()
             self._progress(f"refits of sets of {size}", 0.3 + 0.15 * size)
             better, banned = self._grown(first, table, best, size)
             if better is None:

@@ -43,13 +43,20 @@ class StoppableExecutor(Executor):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """As of the other one.  Raises StoppedError."""
-        if self._stopped.is_set():
-            raise StoppedError
-        return self._executor.submit(fn, *args, **kwargs)
+        self._still_of_use()
+        return self._executor.submit(self._run, fn, *args, **kwargs)
 
     def stop(self) -> None:
-        """No further task."""
+        """No further task, of those handed on only what runs already."""
         self._stopped.set()
+
+    def _run(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Any:
+        self._still_of_use()
+        return fn(*args, **kwargs)
+
+    def _still_of_use(self) -> None:
+        if self._stopped.is_set():
+            raise StoppedError("the search was stopped, because its result is of no use any more")
 
 
 @contextmanager
@@ -78,6 +85,9 @@ def _threads(count: int | None = None) -> Iterator[Executor]:
     pool = ThreadPoolExecutor(count or len(os.sched_getaffinity(0)))
     try:
         yield pool
+    except StoppedError:
+        pool.shutdown(cancel_futures=True)  # what still runs ends with its next task
+        raise
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
         raise

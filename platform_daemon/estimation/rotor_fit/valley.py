@@ -89,7 +89,8 @@ def limited_step(matrix: Array, gradient: Array, most: Array) -> Array:
     """The step (size,) that solves matrix @ step = gradient as far as no component is above `most`, (size,).
 
     A component that would be larger is held there while the others are solved for: cut off alone, it would leave the
-    floor of a valley, since the others have gone along with all of it.
+    floor of a valley, since the others have gone along with all of it.  Where none is held that should be let go again,
+    this is the least of the quadratic within the bounds.
 
     Raises LinAlgError.
     """
@@ -124,11 +125,21 @@ class _Normal:
 
         Raises RotorFitError.
         """
+        damped = self.matrix + damping * np.diag(np.diag(self.matrix))
         try:
-            step = limited_step(self.matrix + damping * np.diag(np.diag(self.matrix)), self.gradient, most)
+            step = limited_step(damped, self.gradient, most)
         except np.linalg.LinAlgError:
             raise RotorFitError("the shots do not determine the rotor's parameters") from None
-        return step, float(2.0 * self.gradient @ step - step @ self.matrix @ step)
+        promised = self._fall(step)
+        if promised > 0.0:
+            return step, promised
+        # Components that were held one after the other may lead up: the whole step, as far as the first bound.
+        whole = limited_step(damped, self.gradient, np.full(len(most), np.inf))
+        step = whole / max(1.0, float(np.max(np.abs(whole) / most)))
+        return step, self._fall(step)
+
+    def _fall(self, step: Array) -> float:
+        return float(2.0 * self.gradient @ step - step @ self.matrix @ step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,7 +283,7 @@ def settled(
         (LIMITS.most_steps, LIMITS.found_chi2) if last else (LIMITS.few_steps, LIMITS.settled_chi2)
     )
     valley = Valley(shots, layout, first, window_s)
-    damping, kept = LIMITS.first_damping, False
+    damping = LIMITS.first_damping
     for left in reversed(range(most_steps)):
         normal = valley.linearised(values, pool)
         matrix, counts, chi2 = normal.matrix, normal.counts, normal.chi2
@@ -280,10 +291,11 @@ def settled(
         near = normal.total < LIMITS.near_chi2_per_dof * sum(counts)
         most = layout.most_step if near else np.full(layout.size, np.inf)
         step, expected = normal.step(damping, most)
-        while kept and expected < settled_chi2 and damping > LIMITS.least_damping:
-            damping *= LIMITS.damping_falls
+        # A step that a kept damping makes small says nothing of what is left.
+        while expected < settled_chi2 and damping > LIMITS.first_damping:
+            damping = max(LIMITS.damping_falls * damping, LIMITS.first_damping)
             step, expected = normal.step(damping, most)
-        reached, grows, at_once = None, LIMITS.damping_grows, True
+        began, reached, grows, at_once = damping, None, LIMITS.damping_grows, True
         while expected > settled_chi2 and damping < LIMITS.most_damping:
             reached = valley.trial(values, step, normal, pool)
             if reached is not None and reached.total < normal.total:
@@ -295,13 +307,13 @@ def settled(
         if reached is None:
             break
         values, fall, chi2 = reached.values, normal.total - reached.total, [float(r @ r) for r in reached.left]
-        # A step that a kept damping makes small says nothing of what is left.
-        if max(fall, LIMITS.good_fall * expected) < settled_chi2 and not (at_once and kept):
+        small = max(fall, LIMITS.good_fall * expected) < settled_chi2
+        told = not at_once or began <= LIMITS.first_damping  # a less damped step was tried
+        if small and told:
             break
-        kept = not at_once
-        if at_once and fall > LIMITS.good_fall * expected:
+        if at_once and (small or fall > LIMITS.good_fall * expected):
             damping = max(LIMITS.damping_falls * damping, LIMITS.least_damping)
-        if reached.total - left * fall > to_beat:
+        if told and reached.total - left * fall > to_beat:
             break
         del normal, reached  # before the next ones, which are as large
     if sum(chi2) + layout.prior(values, first)[2] > to_beat:

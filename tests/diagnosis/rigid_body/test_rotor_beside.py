@@ -1,5 +1,6 @@
 """The search for a rotor beside that for torques."""
 
+import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -47,11 +48,17 @@ def pool():
         yield made
 
 
+def searching() -> bool:
+    """A thread of this process is for a rotor."""
+    return any(thread.name.startswith("rotor") for thread in threading.enumerate())
+
+
 @pytest.mark.long
 def test_a_rotor_is_sought_beside_torques(base, pool):
     with RotorBeside(IN_ITS_PLANE, pool) as beside:
         assert beside.untried(base) is IN_ITS_PLANE
         beside.begin(base)
+        assert searching()
         found = beside.of(base)
         assert beside.of(base) is found
     assert {found.effect.id, *(a.effect.id for a in found.alike)} & {"stator_tilt", "jewel_tilt"}
@@ -60,12 +67,15 @@ def test_a_rotor_is_sought_beside_torques(base, pool):
 def test_a_search_that_is_of_no_use_ends_at_once_and_leaves_the_pool(base, pool):
     with RotorBeside(IN_ITS_PLANE, pool) as beside:
         beside.begin(base)
+        assert searching()
+    assert not searching()
     assert list(pool.map(abs, [-1, 2])) == [1, 2]
 
 
 def test_none_is_sought_beside_torques_where_it_was_sought_before(base, pool):
     with RotorBeside(LEAVES_IT, pool) as beside:
         assert beside.untried(base) is None
-        beside.begin(base)  # nothing
+        beside.begin(base)
+        assert not searching()
     with RotorBeside(None, pool) as beside:
         assert beside.untried(base) is None
