@@ -22,6 +22,7 @@ from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
 from platform_daemon.estimation.rotor_fit.fit import RotorFit
 from platform_daemon.estimation.rotor_fit.parameters import free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot, linearised
+from platform_daemon.estimation.rotor_fit.valley import limited_step
 
 from .next_measurements import MEASUREMENTS, Proposal
 
@@ -97,13 +98,16 @@ def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: R
     free = free_parameters(shot.geometry, [rival.defect], shot.start)
     known = _known(rival, [p.name for p in free if p.common], [p.name for p in free])
     known += np.diag([0.0 if p.sd is None or p.common else p.sd**-2 for p in free])
+    most = np.array([p.most_step for p in free])
     values, gone, left = shot.values, np.zeros(len(free)), math.inf
     for _ in range(_LIMITS.planned_steps):
         seen = linearised(shot, values, free, math.inf, pool)
         gradient = seen.gradient - known @ gone
-        step = np.linalg.solve(seen.matrix + known, gradient)
-        left = min(left, max(0.0, seen.chi2 + float(gone @ known @ gone - gradient @ step)))
-        if left < _LIMITS.apart_sigma**2:
+        matrix = seen.matrix + known
+        step = limited_step(matrix, gradient, most)
+        fall = float(2.0 * gradient @ step - step @ matrix @ step)
+        left = min(left, max(0.0, seen.chi2 + float(gone @ known @ gone) - fall))
+        if left < THRESHOLDS.rigid_body.worth_sigma**2:  # it will not be proposed
             break
         values = values.with_numbers(
             {p.name: p.moved(getattr(values, p.name), d) for p, d in zip(free, step, strict=True)}

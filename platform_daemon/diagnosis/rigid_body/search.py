@@ -141,7 +141,7 @@ def ranked(
     In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.  So are
     the laws of a jewel's contact: near rest it is not Coulomb's, and which other one is not known.  A kind that has not
     begun or went astray in a window begins from the best one of the last window but one, beside the last window of
-    that; where the last window has another best one, once more from that.
+    that; where the last window excludes it, once more from the one that is best then.
     """
     starts = [start for begun, known in _begun(shot, pool) for start in _by_laws(shot, begun, known, pool)]
     field: list[_Contestant] = []
@@ -160,8 +160,8 @@ def ranked(
     for c in field:
         best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
     near = [f for some in late for f in some if f is not None and rise(f, field[0].fit) < _RIVAL_CHI2]
-    # Where the last window has another best one, what began from the former one proves nothing by being far off.
-    same = begun is not None and begun.alike(field[0])
+    # Where the last window excludes the former best one, what began from that proves nothing by being far off.
+    same = begun is not None and any(begun.alike(c) for c in field)
     tried = {f.defect for f in near} | (set(early) if same else set())
     astray = [defect for defect in _missing(field) if defect not in tried]
     again = beside_each_other(lambda defect: _late(shot, field[0], defect, pool), astray)

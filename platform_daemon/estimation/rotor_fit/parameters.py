@@ -46,11 +46,16 @@ class FreeParameter:
     common: bool = False
     logarithmic: bool = False
 
+    @property
+    def most_step(self) -> float:
+        """By how much one step may move it."""
+        return LIMITS.most_step_ln if self.logarithmic else math.inf
+
     def moved(self, value: float, step: float) -> float:
         """Its value after a step."""
         if not self.logarithmic:
             return value + step
-        return value * math.exp(min(max(step, -LIMITS.most_step_ln), LIMITS.most_step_ln))
+        return value * math.exp(min(max(step, -self.most_step), self.most_step))
 
     def apart(self, value: float, other: float) -> float:
         """The step from one value to another one."""

@@ -58,8 +58,7 @@ class Layout:
         most = np.full(self.size, np.inf)
         for free, places in zip(self.free, self.places, strict=True):
             for p, k in zip(free, places, strict=True):
-                if p.logarithmic:
-                    most[k] = LIMITS.most_step_ln
+                most[k] = p.most_step
         return most
 
     def place(self, name: str) -> int:
