@@ -25,6 +25,7 @@ from platform_daemon.estimation.rotor_fit.fit import (
     fit_rotor,
     longest_s,
     samples_per_value_of,
+    to_the_last_digit,
 )
 from platform_daemon.estimation.rotor_fit.parameters import (
     DEFECTS,
@@ -169,6 +170,9 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
                     together.append(_together_instead(together[0], of_first[0], rival, pool))
         else:
             together = of_first
+        named = _named(_as_good(together, 1.0))
+        if named is not together[0]:
+            together = [to_the_last_digit(f, pool) if f is named else f for f in together]
         excess_sigma = _excess_sigma(base, min(together, key=total_chi2))
         samples = 1.0
         if excess_sigma > _LIMITS.doubtful_sigma:
@@ -276,7 +280,7 @@ def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: E
         begun.append(
             replace(shot, values=replace(as_far, rotation=rotation, turn_u_rad=0.0, turn_v_rad=0.0, turn_w_rad=0.0))
         )
-    return fit_rotor(begun, rival.defect, pool, first_window_s=longest_s(begun))
+    return fit_rotor(begun, rival.defect, pool, first_window_s=longest_s(begun), whole=False)
 
 
 def _means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:

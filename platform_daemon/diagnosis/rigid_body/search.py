@@ -22,7 +22,7 @@ from platform_daemon.estimation.rotor_fit.fit import (
     longest_s,
     windows_s,
 )
-from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect
+from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
@@ -270,12 +270,17 @@ def _fitted(
 
 
 def _late(shot: RotorShot, found: _Contestant, missing: Defect, pool: Executor) -> list[RotorFit]:
-    """The whole shot with another error, that begins from the one that explains it; none if it finds no such rotor."""
+    """The whole shot with another error, that begins from the one that explains it; none if it finds no such rotor.
+
+    Not to the last digit: most of them serve only to be compared.
+    """
     leader = replace(found.fit, shots=(shot,), stages=found.stages)
     try:
         again = replace(shot, values=_instead(leader, missing, found.known, pool))
         first_s = _LIMITS.exchange_window_s
-        return [fit_rotor([again], missing, pool, first_window_s=first_s, known=[found.known], beside=leader)]
+        return [
+            fit_rotor([again], missing, pool, first_window_s=first_s, whole=False, known=[found.known], beside=leader)
+        ]
     except RotorFitError:
         return []
 
@@ -289,10 +294,13 @@ def _instead(found: RotorFit, rival: Defect, known: RotorValues, pool: Executor)
     part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.exchange_window_s)], values=found.values[0])
     by = found.strength[0] / _LIMITS.exchange_parts
     fit = fit_rotor([part], gone, pool, first_window_s=math.inf, whole=False, known=[known])
+    free = free_parameters(shot.geometry, (rival,), shot.start)
+    bent = dict.fromkeys((p.name for p in free), 0.0)  # by which a part went off its tangent: the next one does as well
     for _ in range(_LIMITS.exchange_parts):
-        (values,) = exchanged(fit, rival, pool, gone=gone, by=min(by, getattr(fit.values[0], gone), key=abs))
-        begun = replace(part, values=values)
-        fit = fit_rotor([begun], rival, pool, first_window_s=math.inf, whole=False, known=[known])
+        (straight,) = exchanged(fit, rival, pool, gone=gone, by=min(by, getattr(fit.values[0], gone), key=abs))
+        begun = straight.with_numbers({p.name: p.moved(getattr(straight, p.name), bent[p.name]) for p in free})
+        fit = fit_rotor([replace(part, values=begun)], rival, pool, first_window_s=math.inf, whole=False, known=[known])
+        bent = {p.name: p.apart(getattr(straight, p.name), getattr(fit.values[0], p.name)) for p in free}
     return fit.values[0].with_numbers({gone: 0.0})
 
 

@@ -41,7 +41,8 @@ class RotorFit:
     values: of each shot; std: of each shot by name, widened where the residual exceeds the noise; chi2: of each shot;
     dof: of each shot; window_s: the last window; covariance: (k, k) of all free parameters, widened as std, of the
     logarithm of a parameter that is logarithmic; places: of each shot's parameters in it, by name; defect: that was
-    free, None: none; stages: the windows that came before; known_chi2: by how much the values are off what was known.
+    free, None: none; stages: the windows that came before; known: of each shot beforehand; known_chi2: by how much the
+    values are off that.
     """
 
     shots: tuple[RotorShot, ...]
@@ -54,6 +55,7 @@ class RotorFit:
     covariance: Array
     places: tuple[Mapping[str, int], ...]
     stages: tuple[Stage, ...] = ()
+    known: tuple[RotorValues, ...] = ()
     known_chi2: float = 0.0
 
     @property
@@ -131,7 +133,14 @@ def fit_rotor(
         stages.append(Stage(window_s, tuple(values), sum(chi2) + layout.prior(values, first)[2]))
         if beside is not None:
             _still_alike(stages[-1], beside)
-    return _stated(shots, layout, values, matrix, chi2, dof, window_s, defect, stages, layout.prior(values, first)[2])
+    found = _stated(shots, layout, values, matrix, chi2, dof, window_s, defect)
+    return replace(found, stages=tuple(stages), known=tuple(first), known_chi2=layout.prior(values, first)[2])
+
+
+def to_the_last_digit(fit: RotorFit, pool: Executor) -> RotorFit:
+    """A fit whose last window was not settled as the whole ring-down is, from where it ended.  Raises RotorFitError."""
+    begun = [replace(shot, values=values) for shot, values in zip(fit.shots, fit.values, strict=True)]
+    return replace(fit_rotor(begun, fit.defect, pool, first_window_s=math.inf, known=fit.known), stages=fit.stages)
 
 
 def expected_fit(
@@ -163,8 +172,6 @@ def _stated(
     dof: Sequence[float],
     window_s: float,
     defect: Defect | None,
-    stages: Sequence[Stage] = (),
-    known_chi2: float = 0.0,
 ) -> RotorFit:
     """matrix: J^T J with what was known beforehand.  Raises RotorFitError."""
     try:
@@ -190,8 +197,6 @@ def _stated(
             {p.name: k for p, k in zip(free, places, strict=True)}
             for free, places in zip(layout.free, layout.places, strict=True)
         ),
-        stages=tuple(stages),
-        known_chi2=known_chi2,
     )
 
 

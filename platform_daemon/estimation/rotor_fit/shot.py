@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -97,6 +97,45 @@ class RotorShot:
         """Whitened residual (3 n,).  Raises NoRestError, LostRotorError."""
         n = self.count(window_s)
         return self.whitened(self.samples[:, :n] - self.rotor(values).dm_dt(n, self.rate_hz)[0])
+
+
+def residuals(
+    shots: Sequence[RotorShot], values: Sequence[RotorValues], window_s: float, pool: Executor
+) -> list[Array]:
+    """Whitened residual (3 n,) of each shot.
+
+    Shots of one drive and length are computed beside each other, at steps that are short enough for all of them: as
+    many as there are lanes take little longer than one.
+
+    Raises NoRestError, LostRotorError.
+    """
+    rotors = [shot.rotor(v) for shot, v in zip(shots, values, strict=True)]
+    counts = [shot.count(window_s) for shot in shots]
+    alike: dict[Hashable, list[int]] = {}
+    for k in sorted(range(len(shots)), key=lambda k: counts[k]):  # so that none waits long for another one's end
+        drive = replace(shots[k].drive, field_t=(0.0, 0.0, 0.0), rx_start_s=0.0)
+        alike.setdefault((shots[k].geometry, drive, shots[k].rate_hz, rotors[k].sticks), []).append(k)
+    groups = [places[k : k + LANES] for places in alike.values() for k in range(0, len(places), LANES)]
+    motions = pool.map(
+        lambda group: _together([rotors[k] for k in group], [counts[k] for k in group], shots[group[0]].rate_hz), groups
+    )
+    found = {}
+    for group, some in zip(groups, motions, strict=True):
+        for k, dm_dt in zip(group, some, strict=True):
+            found[k] = shots[k].whitened(shots[k].samples[:, : counts[k]] - dm_dt)
+    return [found[k] for k in range(len(shots))]
+
+
+def _together(rotors: Sequence[RigidRotor], counts: Sequence[int], rate_hz: float) -> list[Array]:
+    """dm/dt of each, (3, count).  Raises NoRestError, LostRotorError."""
+    motions, ends = motions_beside(rotors, max(counts), rate_hz, counts=counts)
+    last_s = max(
+        r.drive.rx_start_s + r.values.drive_delay_s + (n - 1) / rate_hz for r, n in zip(rotors, counts, strict=True)
+    )
+    found = [motion for motion in motions if motion is not None]
+    if ends.size == 0 or ends[-1] < last_s or len(found) < len(motions):
+        raise LostRotorError("the rotor's motion cannot be followed")
+    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError,
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .parameters import Defect, FreeParameter, free_parameters
-from .shot import Linearised, RotorShot, all_linearised
+from .shot import Linearised, RotorShot, all_linearised, residuals
 
 LIMITS = THRESHOLDS.rigid_rotor
 
@@ -189,7 +189,9 @@ class Valley:
         Raises RotorFitError.
         """
         share = LIMITS.strong_share if len(self._shots) == 1 else LIMITS.strong_share_of_several
-        strong, weight = _strong_directions(normal.matrix, share)
+        # What the data tell too little of to bound its steps is none of the strong directions, and stays.
+        bounded = normal.matrix + np.diag(self._layout.most_step**-2.0)
+        strong, weight = _strong_directions(bounded, share)
         best: _Point | None = None
         backs: list[Array] = []
         went: list[Array] = []
@@ -213,7 +215,7 @@ class Valley:
 
     def _at(self, values: list[RotorValues], pool: Executor) -> _Point | None:
         try:
-            left = list(pool.map(lambda s, v: s.residual(v, self._window_s), self._shots, values))
+            left = residuals(self._shots, values, self._window_s, pool)
         except (NoRestError, LostRotorError):
             return None
         known = self._layout.prior(values, self._first)[2]
@@ -278,9 +280,10 @@ def settled(
 
     Raises RotorFitError, also above `to_beat`; the fit ends where steps as good as the last one will not lead below.
     """
-    most_steps, settled_chi2 = (
-        (LIMITS.most_steps, LIMITS.found_chi2) if last else (LIMITS.few_steps, LIMITS.settled_chi2)
-    )
+    most_steps = LIMITS.most_steps if last else LIMITS.few_steps
+    settled_chi2 = LIMITS.found_chi2 if last and len(shots) == 1 else LIMITS.settled_chi2
+    # By how much the choice of the steps of their motions moves chi^2.
+    chance_chi2 = LIMITS.settled_chi2 * math.sqrt(len(shots))
     valley = Valley(shots, layout, first, window_s)
     damping = LIMITS.first_damping
     for left in reversed(range(most_steps)):
@@ -300,7 +303,7 @@ def settled(
             if reached is not None and reached.total < normal.total:
                 break
             reached, damping, grows, at_once = None, damping * grows, 2.0 * grows, False
-            if expected < LIMITS.settled_chi2:  # so little is lost in the choice of the steps of a motion
+            if expected < chance_chi2:
                 break
             step, expected = normal.step(damping, most)
         if reached is None:

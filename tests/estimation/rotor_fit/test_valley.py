@@ -1,10 +1,14 @@
-"""Steps of a rotor's fit, against bounded least squares by scipy."""
+"""Steps of a rotor's fit, against bounded least squares by scipy, and the way back to the floor after them."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from platform_daemon.estimation.rotor_fit.valley import limited_step
+from platform_daemon.estimation.rotor_fit.valley import Layout, Valley, limited_step
+from tests.estimation.rotor_fit.test_shot import RATE_HZ, shot_of
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -29,3 +33,23 @@ def test_a_component_that_is_cut_off_alone_leaves_the_floor():
         return 2.0 * gradient @ step - step @ matrix @ step
 
     assert fall(held) > 0.0 > fall(cut)
+
+
+def test_what_the_data_do_not_tell_is_not_moved_on_the_way_back_to_the_floor():
+    """A spin below which a contact creeps, so slow that no motion shows it: only what is known beforehand pulls at it,
+    and where it gets faster the motion does show it."""
+    shot = shot_of("jewel", 1200, (4e-4, 0.0, 0.0), creep_spin_rad_per_s=0.02)
+    truth = shot.values
+    noise = np.random.default_rng(1).normal(size=(3, 1200)) * shot.sd[:, None]
+    shot = replace(shot, samples=shot.rotor(truth).dm_dt(1200, RATE_HZ)[0] + noise)
+    layout = Layout.of([shot], ("stator_tilt_rad",), ())
+    valley = Valley([shot], layout, [replace(truth, creep_spin_rad_per_s=5.0)], 0.1)
+    with ThreadPoolExecutor(2) as pool:
+        off = [replace(truth, f_nat_hz=truth.f_nat_hz + 2e-3)]
+        normal = valley.linearised(off, pool)
+        step, _ = normal.step(1e-9, layout.most_step)
+        found = valley.trial(off, step, normal, pool)
+    moved = np.log(found.values[0].creep_spin_rad_per_s / truth.creep_spin_rad_per_s)
+    assert step[layout.place("creep_spin_rad_per_s")] == 0.5  # as far as one step may
+    assert 0.5 <= moved < 1.0  # without a bound on returns: 3
+    assert found.total < normal.total - 500.0

@@ -19,16 +19,23 @@ EMPTY: Array = np.zeros(0)
 
 
 def motions_beside(
-    rotors: Sequence[RigidRotor], samples: int, rate_hz: float, steps: Array = EMPTY, *, near: RigidRotor | None = None
+    rotors: Sequence[RigidRotor],
+    samples: int,
+    rate_hz: float,
+    steps: Array = EMPTY,
+    *,
+    near: RigidRotor | None = None,
+    counts: Sequence[int] = (),
 ) -> tuple[list[Array | None], Array]:
     """dm/dt in world axes, (3, samples) A m^2/s, of up to LANES rotors in the time that one takes.
 
     Args:
-        rotors: of one geometry and drive.
+        rotors: of one geometry and drive, but for the size of its field.
         samples: of each.
         rate_hz: of the samples.
-        steps: ends of those that the rotor `near` takes, so that their differences are smooth; none: they are chosen
-            for the first one.
+        steps: ends of those that the rotor `near` takes, so that their differences are smooth; none: they are chosen.
+        counts: of the samples, how many of each rotor are asked for; then steps are chosen that are short enough for
+            all of them.
         near: the rotor that chose them, and whose contact decides how they are made; None: the first one.
 
     Returns:
@@ -39,20 +46,25 @@ def motions_beside(
     """
     one, lanes = rotors[0], padded(rotors)
     out = np.zeros((LANES, samples, 3))
+    first_s = np.array([r.drive.rx_start_s + r.values.drive_delay_s for r in lanes])
+    until_s = np.zeros(LANES)
+    until_s[: len(counts) or 1] = first_s[: len(counts)] + np.array(counts) / rate_hz if counts else np.inf
     ends = swings(
         np.stack(padded([r.start() for r in rotors]), axis=1),
         np.stack([r.parameters for r in lanes], axis=1),
         np.stack([r.coils[FIELD : FIELD + 3] for r in lanes], axis=1),
         one.coils,
-        np.array([r.drive.rx_start_s + r.values.drive_delay_s for r in lanes]),
+        first_s,
         1.0 / rate_hz,
         one.tolerances(),
         steps,
+        until_s,
         (near or one).sticks,
         out,
     )
     found: list[Array | None] = []
-    for rotor, motion in zip(rotors, out, strict=False):
+    for rotor, motion, count in zip(rotors, out, counts or [samples] * len(rotors), strict=False):
+        motion = motion[:count]
         followed = bool(np.all(np.isfinite(motion)))
         found.append(rotor.values.m_r_am2 * (rotor.rotation @ motion.T) if followed else None)
     return found, ends

@@ -74,24 +74,45 @@ def _attempt(t, h, now, drive, k, lanes):  # type: ignore[no-untyped-def]
 
 
 @fast_part
-def _error(h, k, scale):  # type: ignore[no-untyped-def]
-    """Estimated error of the step of the first lane relative to the tolerance."""
-    squares = 0.0
-    for i in range(STATES):
-        total = 0.0
-        for j in range(STAGES):
-            total += E[j] * k[j, i * LANES]
-        squares += (h * total / scale[i]) ** 2
-    return math.sqrt(squares)
+def _error(t, h, k, scale, until_s):  # type: ignore[no-untyped-def]
+    """Estimated error of a step from t relative to the tolerance, the largest of the lanes that choose it."""
+    largest = 0.0
+    for lane in range(LANES):
+        if t >= until_s[lane]:
+            continue
+        squares = 0.0
+        for i in range(STATES):
+            total = 0.0
+            for j in range(STAGES):
+                total += E[j] * k[j, i * LANES + lane]
+            squares += (h * total / scale[i]) ** 2
+        if squares > largest or math.isnan(squares):
+            largest = squares
+    return math.sqrt(largest)
 
 
 @fast_part
-def _relative(errors, scale):  # type: ignore[no-untyped-def]
-    """Estimated errors (STATE_SIZE,) of a step, of the first lane, relative to the tolerance."""
-    squares = 0.0
-    for i in range(STATES):
-        squares += (errors[i * LANES] / scale[i]) ** 2
-    return math.sqrt(squares)
+def _relative(t, errors, scale, until_s):  # type: ignore[no-untyped-def]
+    """Estimated errors (STATE_SIZE,) of a step from t relative to the tolerance, the largest of those lanes."""
+    largest = 0.0
+    for lane in range(LANES):
+        if t >= until_s[lane]:
+            continue
+        squares = 0.0
+        for i in range(STATES):
+            squares += (errors[i * LANES + lane] / scale[i]) ** 2
+        if squares > largest or math.isnan(squares):
+            largest = squares
+    return math.sqrt(largest)
+
+
+@fast_part
+def _lost(t, now, until_s):  # type: ignore[no-untyped-def]
+    """One of those lanes is no number."""
+    lost = False
+    for lane in range(LANES):
+        lost |= t < until_s[lane] and not math.isfinite(now[lane])
+    return lost
 
 
 @fast_part
@@ -135,7 +156,7 @@ def _sample_step(t, stop, now, k, lanes, first_s, step_s, sampled, implicit, out
 
 
 @fast_kernel
-def swings(y, p, coils, drive, first_s, step_s, scale, given, implicit, out):  # type: ignore[no-untyped-def]
+def swings(y, p, coils, drive, first_s, step_s, scale, given, until_s, implicit, out):  # type: ignore[no-untyped-def]
     """Motions from states y at t = 0, the start of the drive; fills out (LANES, n, 3) with d(moment/m_r)/dt, 1/s.
 
     Args:
@@ -146,12 +167,13 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, implicit, out):  #
         first_s: (LANES,) time of the first sample.
         step_s: distance of the samples.
         scale: (STATES,) tolerated error per step.
-        given: ends of the steps of another motion; (0,): they are chosen for the first lane.
+        given: ends of the steps of another motion; (0,): they are chosen.
+        until_s: (LANES,) time until which they are short enough for each lane.
         implicit: rotors in cups, whose friction is taken implicitly.
         out: along u, v, w.
 
     Returns:
-        The ends of the steps; they are fewer than the samples need if the motion of the first lane cannot be followed.
+        The ends of the steps; they are fewer than the samples need if a motion that chooses them cannot be followed.
     """
     samples = out.shape[1]
     end = max(first_s.max() + samples * step_s, drive[END])
@@ -180,7 +202,10 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, implicit, out):  #
         else:
             _attempt(t, length, now, drive, k, lanes)
         if given.size == 0:
-            error = _relative(table[ORDER], scale) if implicit else _error(length, k, scale)
+            if implicit:
+                error = _relative(t, table[ORDER], scale, until_s)
+            else:
+                error = _error(t, length, k, scale, until_s)
             if not error <= 1.0:
                 h = length * (SHRINK if not error < FAILED else max(SHRINK, SAFETY * error**power))
                 if h < SHORTEST_S:
@@ -201,7 +226,7 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, implicit, out):  #
         count += 1
         t = stop
         now[:] = lanes[:STATE_SIZE]
-        if given.size == 0 and not math.isfinite(now[0]):
+        if given.size == 0 and _lost(t, now, until_s):
             break
         if implicit:
             k[0] = lanes[RATE * LANES : LOAD * LANES]

@@ -69,7 +69,17 @@ def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds
     y[7:10] = other.rotation(start)[:, 2] if name == "thread" else 0.0
     drive[FIELD : FIELD + 3], drive[PULSATION], drive[END] = field, omega, seconds
     in_lanes = [np.stack([each] * LANES, axis=1) for each in (y, p, field)]
-    swings(*in_lanes, drive, np.full(LANES, seconds), 1.0, ours.tolerances(), EMPTY, ours.sticks, out)
+    swings(
+        *in_lanes,
+        drive,
+        np.full(LANES, seconds),
+        1.0,
+        ours.tolerances(),
+        EMPTY,
+        np.array([np.inf, 0.0, 0.0, 0.0]),
+        ours.sticks,
+        out,
+    )
     assert out[0, 0] * ours.values.m_r_am2 == pytest.approx(rate, abs=1e-6 * np.linalg.norm(rate))
 
 

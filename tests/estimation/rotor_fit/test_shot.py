@@ -1,0 +1,52 @@
+"""Shots in the lanes of one integration."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive, LostRotorError
+from platform_daemon.estimation.rotor_fit.shot import RotorShot, residuals
+from tests.kit.estimated_rotors import true_rotor
+from tests.kit.rigid_rotors import rigid_specimen
+
+RATE_HZ = 12000.0
+DRIVE = CoilDrive(field_t=(2.15e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=0.047, rx_start_s=0.058)
+
+
+def shot_of(name, samples, field_t, **values):
+    x, y, z = field_t
+    drive = replace(DRIVE, field_t=(x, y, z), rx_start_s=DRIVE.rx_start_s + 1e-5 * samples / 100)
+    specimen = rigid_specimen(name, [0.0, 0.0, -9.81], 8.0, defects={"stator_tilt_rad": 0.02})
+    rotor = true_rotor(specimen, drive, **values)
+    return RotorShot(
+        samples=np.zeros((3, samples)), rate_hz=RATE_HZ, sd=np.array([14e-3, 21e-3, 55e-3]), geometry=rotor.geometry,
+        drive=drive, values=rotor.values, declared=rotor.values.rotation,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def pool():
+    with ThreadPoolExecutor(2) as made:
+        yield made
+
+
+def test_shots_of_any_length_and_bearing_leave_beside_each_other_what_each_leaves_alone(pool):
+    lengths = [700, 300, 1200, 500, 900, 400]
+    shots = [shot_of("jewel", n, (3e-4 + 2e-7 * n, 0.0, 1e-6), f_nat_hz=213.0 + 1e-4 * n) for n in lengths]
+    shots.insert(2, shot_of("thread", 800, (2e-4, 0.0, 0.0)))
+    together = residuals(shots, [s.values for s in shots], 0.09, pool)
+    for shot, found in zip(shots, together, strict=True):
+        alone = shot.residual(shot.values, 0.09)
+        assert found.shape == alone.shape == (3 * min(shot.samples.shape[1], 1080),)
+        assert np.abs(found - alone).max() < 2e-3 < 1.0 < np.abs(alone).max()  # in standard deviations of the noise
+
+
+def test_one_that_cannot_be_followed_is_told_whatever_its_place(pool):
+    shots = [shot_of("thread", 400, (2e-4, 0.0, 0.0)) for _ in range(3)]
+    for place in range(3):
+        values = [s.values for s in shots]
+        values[place] = replace(values[place], lambda_per_s=-1e7)
+        with pytest.raises(LostRotorError):
+            residuals(shots, values, 1.0, pool)
