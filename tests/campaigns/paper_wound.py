@@ -118,6 +118,8 @@ SIGNALS = (
     _candidate("crosstalk of v into u", 0.01, 0.01, id="crosstalk", **{"from": "x", "to": "y"}),
 )
 _NON_NEGATIVE = {"coulomb_friction", "hertz_friction", "quadratic_drag", "receive_lowpass", "channel_delay"}
+UNFITTED = ("nrmse", "psi_start_deg")
+"""What tests an explanation: the residuals, quadratic in the strengths, and the step of psi_start from N50 to D30."""
 _START = {
     "thread": {"f_nat_hz": 215.7, "m_r_am2": 11.15e-3, "lambda_per_s": 0.2466, "field_t": 215e-6},
     "jewel": {"f_nat_hz": 213.2, "m_r_am2": 12.1e-3, "lambda_per_s": 0.1, "tf_over_i_rad_per_s2": 1300.0,
@@ -183,13 +185,14 @@ class Explanation:
         return float(np.sum(np.square(np.array(self.residuals)[np.array(self.fitted)])))
 
 
-def fitted_rows(variant: str, without: Collection[str] = ()) -> NDArray[np.bool_]:
-    """Numbers that are fitted: all but those that are named, and the nRMSE, which are quadratic in the strengths, and
-    the step of psi_start from N50 to D30, which test what is found."""
-    return np.array([p.name not in {"nrmse", "psi_start_deg", *without} for p in PUBLISHED[variant]])
+def fitted_rows(variant: str, without: Collection[str] = UNFITTED) -> NDArray[np.bool_]:
+    """Numbers that are fitted: all but those that are named."""
+    return np.array([p.name not in without for p in PUBLISHED[variant]])
 
 
-def explain(variant: str, effects: Sequence[Candidate], without: Collection[str] = (), steps: int = 6) -> Explanation:
+def explain(
+    variant: str, effects: Sequence[Candidate], without: Collection[str] = UNFITTED, steps: int = 6
+) -> Explanation:
     """Fit the resonator and the strengths to what is published: derivatives at the start, then Broyden's steps."""
     start, rows = _START[variant], fitted_rows(variant, without)
     names = list(start)
@@ -290,6 +293,7 @@ def main() -> None:
     parser.add_argument("--variant", choices=sorted(PUBLISHED), help="one of them only")
     parser.add_argument("--only", action="append", help="explanations with these effects only, as `a + b`; none: ``")
     parser.add_argument("--without", action="append", default=[], help="published numbers that are not fitted")
+    parser.add_argument("--with-residuals", action="store_true", help="the nRMSE are fitted, too; takes more steps")
     parser.add_argument("--resonator", help="no search: shots of this shipped resonator, as thread_published")
     parser.add_argument("--shots", type=int, default=12, help="of --resonator")
     parser.add_argument("--seed", type=int, default=1, help="of --resonator")
@@ -304,11 +308,14 @@ def main() -> None:
         found = list(numbers_of_shots(asked.resonator, asked.shots, asked.seed, asked.pause_s, asked.fluctuation))
         print(compared(specimen(asked.resonator).variant, found))
         return
+    without, steps = {*asked.without, *UNFITTED}, 6
+    if asked.with_residuals:
+        without, steps = without - {"nrmse"}, 24
     for variant in [asked.variant] if asked.variant else PUBLISHED:
         for effects in hypotheses():
             label = " + ".join(e.label for e in effects)
             if asked.only is None or label in asked.only:
-                print(told(explain(variant, effects, asked.without)), flush=True)
+                print(told(explain(variant, effects, without, steps)), flush=True)
 
 
 def told(found: Explanation) -> str:
