@@ -24,8 +24,8 @@ from platform_daemon.estimation.rotor_fit.fit import (
     covariance_of,
     fit_rotor,
     longest_s,
+    made_whole,
     samples_per_value_of,
-    to_the_last_digit,
 )
 from platform_daemon.estimation.rotor_fit.parameters import (
     DEFECTS,
@@ -160,7 +160,8 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     noise_chi2_per_dof = THRESHOLDS.regression.noise_chi2_per_dof
     most_chi2_per_dof = _LIMITS.given_up_chi2_per_dof if leaving_noise else _LIMITS.explained_chi2_per_dof
     try:
-        of_first = ranked(shots[0], pool, most_chi2_per_dof)
+        best_first, *rivals = ranked(shots[0], pool, most_chi2_per_dof)
+        of_first = [made_whole(best_first, pool), *rivals]
         fits = each_alone(shots, of_first[0], pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
@@ -170,16 +171,17 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
                     together.append(_together_instead(together[0], of_first[0], rival, pool))
         else:
             together = of_first
-        named = _named(_as_good(together, 1.0))
-        if named is not together[0]:
-            together = [to_the_last_digit(f, pool) if f is named else f for f in together]
-        excess_sigma = _excess_sigma(base, min(together, key=total_chi2))
-        samples = 1.0
-        if excess_sigma > _LIMITS.doubtful_sigma:
-            samples = samples_per_value_of(min(together, key=total_chi2))
-            together = [_with_model_error(f, samples) for f in together]
-        alike = _as_good(together, samples)
-        best = _named(alike, samples)
+        while True:
+            excess_sigma, samples = _excess(base, min(together, key=total_chi2))
+            alike = _as_good(together, samples)
+            best = _named(alike, samples)
+            if best.whole:
+                break
+            together = [made_whole(f, pool) if f is best else f for f in together]
+        if samples > 1.0:
+            place = next(k for k, f in enumerate(alike) if f is best)
+            alike = [_with_model_error(f, samples) for f in alike]
+            best = alike[place]
         held_out = held_out_ends(fits, pool)
     except (RotorFitError, LostRotorError, NoRestError):
         return None
@@ -216,9 +218,11 @@ def _one_law(others: Sequence[RotorFit], best: RotorFit) -> list[RotorFit]:
     return [fit for fit in found.values() if fit is not best]
 
 
-def _excess_sigma(base: JointFit, fit: RotorFit) -> float:
+def _excess(base: JointFit, fit: RotorFit) -> tuple[float, float]:
+    """By how many standard deviations a fit leaves more than noise, and then samples per independent value of that."""
     level_sd = max(noise_level_sd(prepared.shot.noise) for prepared in base.prepared)
-    return (fit.chi2_per_dof - 1.0) / math.hypot(math.sqrt(2.0 / sum(fit.dof)), level_sd)
+    sigma = (fit.chi2_per_dof - 1.0) / math.hypot(math.sqrt(2.0 / sum(fit.dof)), level_sd)
+    return sigma, samples_per_value_of(fit) if sigma > _LIMITS.doubtful_sigma else 1.0
 
 
 def _with_model_error(fit: RotorFit, samples: float) -> RotorFit:

@@ -272,7 +272,7 @@ def _fitted(
 def _late(shot: RotorShot, found: _Contestant, missing: Defect, pool: Executor) -> list[RotorFit]:
     """The whole shot with another error, that begins from the one that explains it; none if it finds no such rotor.
 
-    Not to the last digit: most of them serve only to be compared.
+    It is settled only as far as comparing it needs.
     """
     leader = replace(found.fit, shots=(shot,), stages=found.stages)
     try:
@@ -295,13 +295,29 @@ def _instead(found: RotorFit, rival: Defect, known: RotorValues, pool: Executor)
     by = found.strength[0] / _LIMITS.exchange_parts
     fit = fit_rotor([part], gone, pool, first_window_s=math.inf, whole=False, known=[known])
     free = free_parameters(shot.geometry, (rival,), shot.start)
-    bent = dict.fromkeys((p.name for p in free), 0.0)  # by which a part went off its tangent: the next one does as well
+    bent, before = dict.fromkeys((p.name for p in free), 0.0), math.inf  # by which the part before left its tangent
     for _ in range(_LIMITS.exchange_parts):
-        (straight,) = exchanged(fit, rival, pool, gone=gone, by=min(by, getattr(fit.values[0], gone), key=abs))
-        begun = straight.with_numbers({p.name: p.moved(getattr(straight, p.name), bent[p.name]) for p in free})
-        fit = fit_rotor([replace(part, values=begun)], rival, pool, first_window_s=math.inf, whole=False, known=[known])
+        size = min(by, getattr(fit.values[0], gone), key=abs)
+        (straight,) = exchanged(fit, rival, pool, gone=gone, by=size)
+        again = (size / before) ** 2
+        curved = straight.with_numbers({p.name: p.moved(getattr(straight, p.name), again * bent[p.name]) for p in free})
+        fit = _first_that_fits(part, (curved, straight), rival, known, pool)
         bent = {p.name: p.apart(getattr(straight, p.name), getattr(fit.values[0], p.name)) for p in free}
+        before = size or math.inf
     return fit.values[0].with_numbers({gone: 0.0})
+
+
+def _first_that_fits(
+    part: RotorShot, starts: Sequence[RotorValues], defect: Defect, known: RotorValues, pool: Executor
+) -> RotorFit:
+    """Raises RotorFitError."""
+    for values in starts[:-1]:
+        with suppress(RotorFitError):
+            return fit_rotor(
+                [replace(part, values=values)], defect, pool, first_window_s=math.inf, whole=False, known=[known]
+            )
+    begun = replace(part, values=starts[-1])
+    return fit_rotor([begun], defect, pool, first_window_s=math.inf, whole=False, known=[known])
 
 
 def total_chi2(fit: RotorFit) -> float:

@@ -41,8 +41,8 @@ class RotorFit:
     values: of each shot; std: of each shot by name, widened where the residual exceeds the noise; chi2: of each shot;
     dof: of each shot; window_s: the last window; covariance: (k, k) of all free parameters, widened as std, of the
     logarithm of a parameter that is logarithmic; places: of each shot's parameters in it, by name; defect: that was
-    free, None: none; stages: the windows that came before; known: of each shot beforehand; known_chi2: by how much the
-    values are off that.
+    free, None: none; known: of each shot beforehand; known_chi2: by how much the values are off that; stages: the
+    windows that came before; whole: it was settled as the whole ring-down is, and not only to be compared.
     """
 
     shots: tuple[RotorShot, ...]
@@ -54,9 +54,10 @@ class RotorFit:
     defect: Defect | None
     covariance: Array
     places: tuple[Mapping[str, int], ...]
-    stages: tuple[Stage, ...] = ()
-    known: tuple[RotorValues, ...] = ()
+    known: tuple[RotorValues, ...]
     known_chi2: float = 0.0
+    stages: tuple[Stage, ...] = ()
+    whole: bool = True
 
     @property
     def total_chi2(self) -> float:
@@ -133,14 +134,22 @@ def fit_rotor(
         stages.append(Stage(window_s, tuple(values), sum(chi2) + layout.prior(values, first)[2]))
         if beside is not None:
             _still_alike(stages[-1], beside)
-    found = _stated(shots, layout, values, matrix, chi2, dof, window_s, defect)
-    return replace(found, stages=tuple(stages), known=tuple(first), known_chi2=layout.prior(values, first)[2])
+    found = _stated(shots, layout, values, matrix, chi2, dof, window_s, defect, first)
+    return replace(found, stages=tuple(stages), known_chi2=layout.prior(values, first)[2], whole=whole)
 
 
-def to_the_last_digit(fit: RotorFit, pool: Executor) -> RotorFit:
-    """A fit whose last window was not settled as the whole ring-down is, from where it ended.  Raises RotorFitError."""
+def made_whole(fit: RotorFit, pool: Executor) -> RotorFit:
+    """A fit that was only settled to be compared, settled as the whole ring-down is; itself where that fails."""
+    if fit.whole:
+        return fit
     begun = [replace(shot, values=values) for shot, values in zip(fit.shots, fit.values, strict=True)]
-    return replace(fit_rotor(begun, fit.defect, pool, first_window_s=math.inf, known=fit.known), stages=fit.stages)
+    free = free_parameters(fit.shots[0].geometry, DEFECTS if fit.defect is None else (fit.defect,), fit.shots[0].start)
+    held = [p.name for p in free if p.name not in fit.places[0]]
+    try:
+        found = fit_rotor(begun, fit.defect, pool, first_window_s=math.inf, held=held, known=fit.known)
+    except RotorFitError:
+        return replace(fit, whole=True)
+    return replace(found, stages=fit.stages)
 
 
 def expected_fit(
@@ -160,7 +169,7 @@ def expected_fit(
     layout = Layout.of([shot], () if defect is None else (defect,), held)
     normal = Valley([shot], layout, values, window_s).linearised(values, pool)
     left = float(normal.counts[0] - layout.size)
-    return _stated([shot], layout, values, normal.matrix, [left], [left], window_s, defect)
+    return _stated([shot], layout, values, normal.matrix, [left], [left], window_s, defect, values)
 
 
 def _stated(
@@ -172,6 +181,7 @@ def _stated(
     dof: Sequence[float],
     window_s: float,
     defect: Defect | None,
+    known: Sequence[RotorValues],
 ) -> RotorFit:
     """matrix: J^T J with what was known beforehand.  Raises RotorFitError."""
     try:
@@ -197,6 +207,7 @@ def _stated(
             {p.name: k for p, k in zip(free, places, strict=True)}
             for free, places in zip(layout.free, layout.places, strict=True)
         ),
+        known=tuple(known),
     )
 
 

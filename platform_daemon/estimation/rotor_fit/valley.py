@@ -183,13 +183,25 @@ class Valley:
         chi2 = [one.chi2 for one in by_shot]
         return _Normal(matrix, gradient + pull, chi2, [one.count for one in by_shot], sum(chi2) + known, by_shot)
 
+    def start(self, values: list[RotorValues], normal: _Normal, pool: Executor) -> _Point:
+        """Where a fit begins, with the time steps of its trials, which one shot takes by itself as well.
+
+        Raises RotorFitError.
+        """
+        if len(self._shots) == 1:
+            return _Point(values, [one.residual for one in normal.by_shot], normal.total)
+        found = self._at(values, pool)
+        if found is None:
+            raise RotorFitError("the rotor with the start values cannot be followed")
+        return found
+
     def trial(self, values: Sequence[RotorValues], step: Array, normal: _Normal, pool: Executor) -> _Point | None:
         """Where a step leads, back on the floor; None where there is no such rotor.
 
         Raises RotorFitError.
         """
         share = LIMITS.strong_share if len(self._shots) == 1 else LIMITS.strong_share_of_several
-        # What the data tell too little of to bound its steps is none of the strong directions, and stays.
+        # Of what the data tell too little to bound its steps, a return gives only a small part.
         bounded = normal.matrix + np.diag(self._layout.most_step**-2.0)
         strong, weight = _strong_directions(bounded, share)
         best: _Point | None = None
@@ -281,26 +293,29 @@ def settled(
     Raises RotorFitError, also above `to_beat`; the fit ends where steps as good as the last one will not lead below.
     """
     most_steps = LIMITS.most_steps if last else LIMITS.few_steps
-    settled_chi2 = LIMITS.found_chi2 if last and len(shots) == 1 else LIMITS.settled_chi2
-    # By how much the choice of the steps of their motions moves chi^2.
+    settled_chi2 = LIMITS.found_chi2 if last else LIMITS.settled_chi2
+    # By how much chi^2 moves with the time steps that motions choose: one such failure more tells nothing.
     chance_chi2 = LIMITS.settled_chi2 * math.sqrt(len(shots))
     valley = Valley(shots, layout, first, window_s)
-    damping = LIMITS.first_damping
+    here: _Point | None = None
+    first_damping = LIMITS.first_damping if len(shots) == 1 else LIMITS.first_damping_of_several
+    damping = first_damping
     for left in reversed(range(most_steps)):
         normal = valley.linearised(values, pool)
-        matrix, counts, chi2 = normal.matrix, normal.counts, normal.chi2
+        matrix, counts = normal.matrix, normal.counts
+        here = here or valley.start(values, normal, pool)
         # Far from the floor no step is more than a direction, and the others need not go along.
         near = normal.total < LIMITS.near_chi2_per_dof * sum(counts)
         most = layout.most_step if near else np.full(layout.size, np.inf)
         step, expected = normal.step(damping, most)
         # A step that a kept damping makes small says nothing of what is left.
-        while expected < settled_chi2 and damping > LIMITS.first_damping:
-            damping = max(LIMITS.damping_falls * damping, LIMITS.first_damping)
+        while expected < settled_chi2 and damping > first_damping:
+            damping = max(LIMITS.damping_falls * damping, first_damping)
             step, expected = normal.step(damping, most)
         began, reached, grows, at_once = damping, None, LIMITS.damping_grows, True
         while expected > settled_chi2 and damping < LIMITS.most_damping:
             reached = valley.trial(values, step, normal, pool)
-            if reached is not None and reached.total < normal.total:
+            if reached is not None and reached.total < here.total:
                 break
             reached, damping, grows, at_once = None, damping * grows, 2.0 * grows, False
             if expected < chance_chi2:
@@ -308,16 +323,18 @@ def settled(
             step, expected = normal.step(damping, most)
         if reached is None:
             break
-        values, fall, chi2 = reached.values, normal.total - reached.total, [float(r @ r) for r in reached.left]
+        values, fall, here = reached.values, here.total - reached.total, reached
         small = max(fall, LIMITS.good_fall * expected) < settled_chi2
-        told = not at_once or began <= LIMITS.first_damping  # a less damped step was tried
+        told = not at_once or began <= first_damping  # a less damped step was tried
         if small and told:
             break
         if at_once and (small or fall > LIMITS.good_fall * expected):
-            damping = max(LIMITS.damping_falls * damping, LIMITS.least_damping)
+            damping = max(LIMITS.damping_falls * damping, LIMITS.least_damping_share * first_damping)
         if told and reached.total - left * fall > to_beat:
             break
         del normal, reached  # before the next ones, which are as large
+    assert here is not None
+    chi2 = [float(r @ r) for r in here.left]
     if sum(chi2) + layout.prior(values, first)[2] > to_beat:
         raise RotorFitError(f"another rotor explains the first {window_s:.3g} s better")
     own = layout.size / len(shots)

@@ -130,19 +130,23 @@ class RigidRotorThresholds:
     worth_returning: float = tuned(0.05, "1", "fall of chi^2 over the rise of a trial, worth another step back", START)
     good_fall: float = tuned(0.3, "1", "of the fall that a step promised, at which the next one is damped less")
     first_damping: float = tuned(
-        1e-9,
-        "1",
-        "of the step, relative to the diagonal: twelve of jewel_imperfect take 6 steps, and 9 with 1e-7",
-        START,
+        1e-7, "1", "of the step, relative to the diagonal; from 1e-5 or 1e-9 it takes up to twice the steps", START
+    )
+    first_damping_of_several: float = tuned(
+        1e-9, "1", "the same for shots together: twelve of jewel_imperfect take 7 steps, and 10 with 1e-7", START
     )
     damping_grows: float = tuned(4.0, "1", "by which it grows after a failure, twice as much after the next one")
     damping_falls: float = tuned(0.03, "1", "factor of the damping after a good step: trials cost little")
     near_chi2_per_dof: float = tuned(
         10.0, "1", "below which all parameters go along with one whose step is limited; not so from far starts", START
     )
-    least_damping: float = tuned(1e-11, "1", "below the least eigenvalue of the scaled J^T J: none at all")
+    least_damping_share: float = tuned(1e-2, "1", "of the first damping, below which it does not fall", START)
     most_damping: float = tuned(1e8, "1", "at which a window that grows ends")
     found_chi2: float = tuned(
-        3e-2, "1", "the same in the last window: a sixth of a standard error, where 1 left tilts one error low", START
+        3e-2,
+        "1",
+        "predicted fall of chi^2 at which a fit ends, but one that is only to be compared: a sixth of a standard error, "
+        "where 1 left tilts one error low",
+        START,
     )
-    settled_chi2: float = tuned(1.0, "1", "predicted fall of chi^2 at which a window ends")
+    settled_chi2: float = tuned(1.0, "1", "the same of a window that grows, and of a fit that is only to be compared")

@@ -35,7 +35,7 @@ def test_a_component_that_is_cut_off_alone_leaves_the_floor():
     assert fall(held) > 0.0 > fall(cut)
 
 
-def test_what_the_data_do_not_tell_is_not_moved_on_the_way_back_to_the_floor():
+def test_what_the_data_do_not_tell_moves_little_on_the_way_back_to_the_floor():
     """A spin below which a contact creeps, so slow that no motion shows it: only what is known beforehand pulls at it,
     and where it gets faster the motion does show it."""
     shot = shot_of("jewel", 1200, (4e-4, 0.0, 0.0), creep_spin_rad_per_s=0.02)
@@ -51,5 +51,5 @@ def test_what_the_data_do_not_tell_is_not_moved_on_the_way_back_to_the_floor():
         found = valley.trial(off, step, normal, pool)
     moved = np.log(found.values[0].creep_spin_rad_per_s / truth.creep_spin_rad_per_s)
     assert step[layout.place("creep_spin_rad_per_s")] == 0.5  # as far as one step may
-    assert 0.5 <= moved < 1.0  # without a bound on returns: 3
+    assert 0.5 <= moved < 0.8  # without a bound on returns: 3
     assert found.total < normal.total - 500.0
