@@ -308,9 +308,9 @@ def main() -> None:
         found = list(numbers_of_shots(asked.resonator, asked.shots, asked.seed, asked.pause_s, asked.fluctuation))
         print(compared(specimen(asked.resonator).variant, found))
         return
-    without, steps = {*asked.without, *UNFITTED}, 6
+    without, steps = {*UNFITTED, *asked.without}, 6
     if asked.with_residuals:
-        without, steps = without - {"nrmse"}, 24
+        without, steps = {"psi_start_deg", *asked.without}, 24
     for variant in [asked.variant] if asked.variant else PUBLISHED:
         for effects in hypotheses():
             label = " + ".join(e.label for e in effects)

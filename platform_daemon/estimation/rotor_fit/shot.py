@@ -104,8 +104,8 @@ def residuals(
 ) -> list[Array]:
     """Whitened residual (3 n,) of each shot.
 
-    Shots of one drive and length are computed beside each other, at steps that are short enough for all of them: as
-    many as there are lanes take little longer than one.
+    Shots of one drive are computed beside each other, those of like length together, at time steps that are short
+    enough for all of them: as many as there are lanes take little longer than one.
 
     Raises NoRestError, LostRotorError.
     """

@@ -145,8 +145,8 @@ class RigidRotorThresholds:
     found_chi2: float = tuned(
         3e-2,
         "1",
-        "predicted fall of chi^2 at which a fit ends, but one that is only to be compared: a sixth of a standard error, "
-        "where 1 left tilts one error low",
+        "predicted fall of chi^2 at which a fit ends that is not only to be compared: a sixth of a standard error; "
+        "1 left tilts one error low",
         START,
     )
     settled_chi2: float = tuned(1.0, "1", "the same of a window that grows, and of a fit that is only to be compared")

@@ -14,6 +14,7 @@ from platform_daemon.estimation.rotor_fit.fit import (
     exchanged,
     expected_fit,
     fit_rotor,
+    made_whole,
     with_errors_of_held,
 )
 from platform_daemon.estimation.rotor_fit.parameters import HELD_WITH_A_DEFECT, free_parameters
@@ -95,6 +96,26 @@ def test_errors_with_those_of_what_is_held_are_those_of_a_fit_in_which_it_is_fre
         assert whole.std[0][name] == pytest.approx(free.std[0][name], rel=0.02), name
         assert whole.std[0][name] ** 2 == pytest.approx(whole.covariance[(k := whole.places[0][name]), k])
     assert whole.std[0]["f_nat_hz"] > 1.5 * held.std[0]["f_nat_hz"]
+
+
+def test_a_fit_for_comparison_is_made_whole_with_what_it_held_and_knew(pool):
+    shot, truth = tilted(7)
+    off = replace(truth, f_nat_hz=truth.f_nat_hz + 2e-3, drive_size=1.01)
+    known = [replace(truth, drive_size=1.02)]
+    compared = fit_rotor(
+        [replace(shot, values=off)], "stator_tilt_rad", pool, first_window_s=0.1, held=("distance_m",), known=known,
+        whole=False,
+    )  # fmt: skip
+    whole = made_whole(compared, pool)
+    assert (compared.whole, whole.whole) == (False, True)
+    assert made_whole(whole, pool) is whole
+    assert whole.stages == compared.stages != ()
+    assert whole.places == compared.places
+    assert "distance_m" not in whole.places[0]
+    assert whole.known == compared.known == tuple(known)
+    assert whole.total_chi2 <= compared.total_chi2
+    lost = replace(compared, values=(replace(compared.values[0], stator_tilt_rad=1.5),))
+    assert made_whole(lost, pool).values == lost.values
 
 
 def test_a_start_beyond_any_rotor_is_refused_in_words(pool):

@@ -33,7 +33,8 @@ def motions_beside(
         rotors: of one geometry and drive, but for the size of its field.
         samples: of each.
         rate_hz: of the samples.
-        steps: ends of those that the rotor `near` takes, so that their differences are smooth; none: they are chosen.
+        steps: ends of those that the rotor `near` takes, so that their differences are smooth; none: they are chosen,
+            for the first one unless there are `counts`.
         counts: of the samples, how many of each rotor are asked for; then steps are chosen that are short enough for
             all of them.
         near: the rotor that chose them, and whose contact decides how they are made; None: the first one.
