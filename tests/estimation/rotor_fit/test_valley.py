@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from platform_daemon.estimation.rotor_fit.valley import Layout, Valley, limited_step
-from tests.estimation.rotor_fit.test_shot import RATE_HZ, shot_of
+from tests.kit.rotor_shots import RATE_HZ, shot_of
 
 
 @pytest.mark.parametrize("seed", range(8))
