@@ -332,7 +332,7 @@ def settled(
             damping = max(LIMITS.damping_falls * damping, LIMITS.least_damping_share * first_damping)
         if told and reached.total - left * fall > to_beat:
             break
-        del normal, reached  # before the next ones, which are as large
+        del normal  # before the next one, which is as large
     assert here is not None
     chi2 = [float(r @ r) for r in here.left]
     if sum(chi2) + layout.prior(values, first)[2] > to_beat:
