@@ -139,7 +139,7 @@ def fit_rotor(
 
 
 def made_whole(fit: RotorFit, pool: Executor) -> RotorFit:
-    """A fit that was only settled to be compared, settled as the whole ring-down is; with its own values where that fails."""
+    """A fit that was only to be compared, settled as the whole ring-down is; as it was where that fails."""
     if fit.whole:
         return fit
     begun = [replace(shot, values=values) for shot, values in zip(fit.shots, fit.values, strict=True)]
