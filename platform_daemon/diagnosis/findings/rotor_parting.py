@@ -23,10 +23,11 @@ from platform_daemon.estimation.rotor_fit.fit import RotorFit
 from platform_daemon.estimation.rotor_fit.parameters import free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot, linearised
 from platform_daemon.estimation.rotor_fit.valley import limited_step
+from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_THRESHOLDS
 
 from .next_measurements import MEASUREMENTS, Proposal
 
-_LIMITS = THRESHOLDS.findings
+_LIMITS, _FIT_LIMITS = THRESHOLDS.findings, FIT_THRESHOLDS.rigid_rotor
 _ON_ITS_SIDE = rotation_from_rodrigues(np.array([0.5 * np.pi, 0.0, 0.0]))  # the main axis from z to -y
 
 
@@ -99,9 +100,14 @@ def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: R
     known = _known(rival, [p.name for p in free if p.common], [p.name for p in free])
     known += np.diag([0.0 if p.sd is None or p.common else p.sd**-2 for p in free])
     most = np.array([p.most_step for p in free])
-    values, gone, left = shot.values, np.zeros(len(free)), math.inf
+    values, gone, left, before = shot.values, np.zeros(len(free)), math.inf, math.inf
     for _ in range(_LIMITS.planned_steps):
         seen = linearised(shot, values, free, math.inf, pool)
+        if seen.chi2 > before:  # this far the first order tells nothing
+            if before > _FIT_LIMITS.near_chi2_per_dof * seen.count:
+                raise LostRotorError("the rotor with the rival cannot be followed from the present shots to the plan")
+            break
+        before = seen.chi2
         gradient = seen.gradient - known @ gone
         matrix = seen.matrix + known
         step = limited_step(matrix, gradient, most)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError
@@ -44,7 +45,8 @@ def held_out_ends(fits: Sequence[RotorFit], pool: Executor) -> HeldOutRotor:
 
     fits: of each shot alone, with stages.  Raises RotorFitError.
     """
-    rows = [_end(fit, fits[0] if k else None, pool) for k, fit in enumerate(fits)]
+    first = [None, *[fits[0]] * (len(fits) - 1)]
+    rows = beside_each_other(lambda row: _end(*row, pool), zip(fits, first, strict=True))
     chi2, dof, squares, energy = zip(*rows, strict=True)
     return HeldOutRotor(chi2=chi2, dof=dof, squares=squares, energy=energy)
 

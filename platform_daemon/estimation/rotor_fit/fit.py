@@ -102,6 +102,7 @@ def fit_rotor(
     known: Sequence[RotorValues] | None = None,
     beside: RotorFit | None = None,
     to_beat: float = math.inf,
+    predicts: bool = True,
 ) -> RotorFit:
     """Fit shots of one specimen together.
 
@@ -116,6 +117,7 @@ def fit_rotor(
             settled to the last digit.
         beside: a fit with another defect; this one ends where a window's chi^2 rises too far above that one's.
         to_beat: chi^2 of the last window, above which this fit is of no use: it ends where it will not come below.
+        predicts: the last window but one is the share of the ring-down from which the rest is to be predicted.
 
     Raises:
         RotorFitError: the start values are far from any rotor, nothing is determined, or `beside` is far better.
@@ -124,7 +126,7 @@ def fit_rotor(
     first = values if known is None else known
     layout = Layout.of(shots, () if defect is None else (defect,), held)
     longest, stages = longest_s(shots), list[Stage]()
-    for window_s in windows_s(first_window_s, longest):
+    for window_s in windows_s(first_window_s, longest, predicts=predicts):
         last = whole and window_s == longest
         values, matrix, chi2, dof = settled(
             shots, layout, values, first, window_s, last, pool, to_beat if window_s == longest else math.inf
@@ -261,13 +263,15 @@ def _scales(fit: RotorFit) -> list[dict[str, float]]:
     ]
 
 
-def windows_s(first_s: float, longest_s: float) -> list[float]:
-    """They grow to the share from which the rest is predicted, and then to the whole."""
-    found, share_s = [], LIMITS.predicting_share * longest_s
-    while first_s * math.sqrt(LIMITS.window_growth) < share_s:
+def windows_s(first_s: float, longest_s: float, *, predicts: bool = True) -> list[float]:
+    """They grow to the whole, before which comes the share from which the rest is predicted."""
+    found, end_s = [], (LIMITS.predicting_share if predicts else 1.0) * longest_s
+    while first_s * math.sqrt(LIMITS.window_growth) < end_s:
         found.append(first_s)
         first_s *= LIMITS.window_growth
-    return [*found, *([share_s] if math.isfinite(first_s) and first_s < longest_s else []), longest_s]
+    if predicts and math.isfinite(first_s) and first_s < longest_s:
+        found.append(end_s)
+    return [*found, longest_s]
 
 
 def _still_alike(stage: Stage, beside: RotorFit) -> None:

@@ -137,6 +137,15 @@ class _Normal:
         step = whole / max(1.0, float(np.max(np.abs(whole) / most)))
         return step, self._fall(step)
 
+    def held_short(self, step: Array, most: Array) -> bool:
+        """A component is as large as it may be, though less would be well within what the data tell of it."""
+        sd = np.sqrt(np.abs(np.diag(np.linalg.inv(self.matrix))))
+        return bool(np.any((np.abs(step) >= most) & (most > sd)))
+
+    def whole_fall(self) -> float:
+        """Of chi^2 as a step promises it that is neither damped nor bounded."""
+        return float(self.gradient @ np.linalg.solve(self.matrix, self.gradient))
+
     def _fall(self, step: Array) -> float:
         return float(2.0 * self.gradient @ step - step @ self.matrix @ step)
 
@@ -293,20 +302,21 @@ def settled(
     Raises RotorFitError, also above `to_beat`; the fit ends where steps as good as the last one will not lead below.
     """
     most_steps = LIMITS.most_steps if last else LIMITS.few_steps
-    settled_chi2 = LIMITS.found_chi2 if last else LIMITS.settled_chi2
-    # By how much chi^2 moves with the time steps that motions choose: one such failure more tells nothing.
+    # By how much chi^2 moves with the time steps that motions choose: one such failure more tells nothing, and a fit
+    # that is only to be compared needs no more.
     chance_chi2 = LIMITS.settled_chi2 * math.sqrt(len(shots))
+    settled_chi2 = LIMITS.found_chi2 if last else chance_chi2
     valley = Valley(shots, layout, first, window_s)
     here: _Point | None = None
     first_damping = LIMITS.first_damping if len(shots) == 1 else LIMITS.first_damping_of_several
-    damping = first_damping
+    damping, room = first_damping, 1.0
     for left in reversed(range(most_steps)):
         normal = valley.linearised(values, pool)
         matrix, counts = normal.matrix, normal.counts
         here = here or valley.start(values, normal, pool)
         # Far from the floor no step is more than a direction, and the others need not go along.
         near = normal.total < LIMITS.near_chi2_per_dof * sum(counts)
-        most = layout.most_step if near else np.full(layout.size, np.inf)
+        most = room * layout.most_step if near else np.full(layout.size, np.inf)
         step, expected = normal.step(damping, most)
         # A step that a kept damping makes small says nothing of what is left.
         while expected < settled_chi2 and damping > first_damping:
@@ -317,19 +327,24 @@ def settled(
             reached = valley.trial(values, step, normal, pool)
             if reached is not None and reached.total < here.total:
                 break
-            reached, damping, grows, at_once = None, damping * grows, 2.0 * grows, False
+            reached, at_once = None, False
             if expected < chance_chi2:
                 break
+            if room > LIMITS.least_room and normal.held_short(step, most):
+                room, most = LIMITS.room_falls * room, LIMITS.room_falls * most
+            else:
+                damping, grows = damping * grows, 2.0 * grows
             step, expected = normal.step(damping, most)
         if reached is None:
             break
         values, fall, here = reached.values, here.total - reached.total, reached
         small = max(fall, LIMITS.good_fall * expected) < settled_chi2
         told = not at_once or began <= first_damping  # a less damped step was tried
-        if small and told:
+        if (small and told) or abs(normal.whole_fall() - fall) < settled_chi2:
             break
         if at_once and (small or fall > LIMITS.good_fall * expected):
             damping = max(LIMITS.damping_falls * damping, LIMITS.least_damping_share * first_damping)
+            room = min(1.0, room / LIMITS.room_falls)
         if told and reached.total - left * fall > to_beat:
             break
         del normal  # before the next one, which is as large

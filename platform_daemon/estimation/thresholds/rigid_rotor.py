@@ -27,6 +27,7 @@ class RigidRotorThresholds:
     most_steps_per_s: float = tuned(
         3e6, "1/s", "beyond which values are far from any rotor: a jewel takes 8e4, at rest 1.4e6, a thread 2e4"
     )
+    settling_s: float = tuned(0.02, "s", "more of such steps, which a motion may need to find its step")
     tolerance: float = tuned(
         1e-9, "1", "error per step of the swing, of 1 for directions and of omega_nat for speeds", AGREEMENT
     )
@@ -137,6 +138,10 @@ class RigidRotorThresholds:
     )
     damping_grows: float = tuned(4.0, "1", "by which it grows after a failure, twice as much after the next one")
     damping_falls: float = tuned(0.03, "1", "factor of the damping after a good step: trials cost little")
+    room_falls: float = tuned(
+        0.3, "1", "factor of the largest step of a logarithm after a failure with one that large", START
+    )
+    least_room: float = tuned(0.03, "1", "that factor below which a failure is another one's")
     near_chi2_per_dof: float = tuned(
         10.0, "1", "below which all parameters go along with one whose step is limited; not so from far starts", START
     )

@@ -31,7 +31,7 @@ ORDERS = DENSE.shape[1]
 FIRST_STEP = LIMITS.first_step
 SAFETY, SHRINK, GROW = LIMITS.safety, LIMITS.shrink, LIMITS.grow
 SHORTEST_S, FAILED, LAST_STEP = LIMITS.shortest_step_s, LIMITS.failed_error, LIMITS.last_step_share
-MOST_STEPS_PER_S = LIMITS.most_steps_per_s
+MOST_STEPS_PER_S, SETTLING_S = LIMITS.most_steps_per_s, LIMITS.settling_s
 
 
 @fast_kernel
@@ -216,7 +216,7 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, until_s, implicit,
         if implicit:
             rates(stop, drive, lanes)
         _sample_step(t, stop, now, k, lanes, first_s, step_s, sampled, implicit, out)
-        if count > MOST_STEPS_PER_S * end:
+        if count > MOST_STEPS_PER_S * (t + SETTLING_S):
             break
         if count == ends.size:
             more = np.empty(2 * count)
