@@ -284,9 +284,7 @@ def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: E
         begun.append(
             replace(shot, values=replace(as_far, rotation=rotation, turn_u_rad=0.0, turn_v_rad=0.0, turn_w_rad=0.0))
         )
-    return fit_rotor(
-        begun, rival.defect, pool, first_window_s=_LIMITS.exchange_window_s, whole=False, predicts=False
-    )
+    return fit_rotor(begun, rival.defect, pool, first_window_s=_LIMITS.exchange_window_s, whole=False, predicts=False)
 
 
 def _means(fit: RotorFit, others: Sequence[RotorFit]) -> dict[str, Mean]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -22,6 +22,8 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import (
 from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U
 
 from .parameters import FreeParameter, Start
+
+MOMENT, SIZE, DELAY = "m_r_am2", "drive_size", "drive_delay_s"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -174,16 +176,21 @@ def all_linearised(
 
     Raises NoRestError, LostRotorError.
     """
-    rows = list(zip(shots, values, free, strict=True))
-    begun = [pool.submit(_motion, shot, v, p, window_s) for shot, v, p in rows]
+    rows = [(shot, v, _moved(shot, p), p) for shot, v, p in zip(shots, values, free, strict=True)]
+    begun = [pool.submit(_motion, shot, v, moved, p, window_s) for shot, v, moved, p in rows]
     motions, waiting = [], []
-    for (shot, v, p), future in zip(rows, begun, strict=True):
+    for (shot, v, moved, _), future in zip(rows, begun, strict=True):
         motion = future.result()
-        groups = [p[k : k + LANES] for k in range(LANES - 1, len(p), LANES)]
+        groups = [moved[k : k + LANES] for k in range(LANES - 1, len(moved), LANES)]
         waiting.append([pool.submit(_columns, shot, v, group, motion) for group in groups])
         motions.append(motion)
-    for (shot, *_), motion in zip(rows, motions, strict=True):
-        columns = np.array([*motion.columns, *(c for group in waiting.pop(0) for c in group.result())])
+    for (shot, v, _, p), motion in zip(rows, motions, strict=True):
+        found = dict(motion.columns)
+        for group in waiting.pop(0):
+            found |= group.result()
+        columns = np.array(
+            [found[each.name] if each.name in found else _of_moment(shot, v, motion, found) for each in p]
+        )
         residual = shot.whitened(shot.samples[:, : motion.samples.shape[1]] - motion.samples)
         yield Linearised(
             columns @ columns.T,
@@ -197,21 +204,43 @@ def all_linearised(
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """dm/dt, (3, n), the first columns of the Jacobian, and the ends of the steps."""
+    """dm/dt, (3, n), the first columns of the Jacobian by name, and the ends of the steps."""
 
     samples: Array
-    columns: list[Array]
+    columns: dict[str, Array]
     steps: Array
 
 
-def _motion(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter], window_s: float) -> _Motion:
+def _moved(shot: RotorShot, free: Sequence[FreeParameter]) -> list[FreeParameter]:
+    """Those whose neighbours need a motion of their own: not the delay, and m_r only if the field's size is held.
+
+    The stator's moment follows from f_nat, so that m_r turns the rotor by the drive alone: dm/dt is m_r times a motion
+    that depends on m_r times the field.
+    """
+    by_size = shot.start == "free" or any(p.name == SIZE for p in free)
+    return [p for p in free if p.name != DELAY and not (p.name == MOMENT and by_size)]
+
+
+def _of_moment(shot: RotorShot, values: RotorValues, motion: _Motion, found: Mapping[str, Array]) -> Array:
+    """The column of m_r by that of the field's size."""
+    own = shot.whitened(motion.samples / values.m_r_am2)
+    if SIZE not in found:
+        return own
+    return np.asarray(own + values.drive_size / values.m_r_am2 * found[SIZE])
+
+
+def _motion(
+    shot: RotorShot, values: RotorValues, moved: Sequence[FreeParameter], free: Sequence[FreeParameter], window_s: float
+) -> _Motion:
     """Raises NoRestError, LostRotorError."""
-    n, first = shot.count(window_s), free[: LANES - 1]
-    samples, others, steps = shot.rotor(values).dm_dt_beside(_neighbours(shot, values, first), n, shot.rate_hz)
-    return _Motion(samples, _differences(shot, samples, others, first), steps)
+    n, beside = shot.count(window_s), [*moved[: LANES - 1], *(p for p in free if p.name == DELAY)]
+    late_s = [p.step for p in beside if p.name == DELAY]
+    neighbours = _neighbours(shot, values, moved[: LANES - 1])
+    samples, others, steps = shot.rotor(values).dm_dt_beside(neighbours, n, shot.rate_hz, late_s=late_s)
+    return _Motion(samples, _differences(shot, samples, others, beside), steps)
 
 
-def _columns(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter], motion: _Motion) -> list[Array]:
+def _columns(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter], motion: _Motion) -> dict[str, Array]:
     """Raises NoRestError, LostRotorError."""
     n = motion.samples.shape[1]
     near = shot.rotor(values)
@@ -226,11 +255,11 @@ def _neighbours(shot: RotorShot, values: RotorValues, free: Sequence[FreeParamet
 
 def _differences(
     shot: RotorShot, samples: Array, others: Sequence[Array | None], free: Sequence[FreeParameter]
-) -> list[Array]:
-    """Whitened, per unit of each parameter.  Raises LostRotorError."""
-    found = []
+) -> dict[str, Array]:
+    """Whitened, per unit of each parameter, by its name.  Raises LostRotorError."""
+    found = {}
     for other, p in zip(others, free, strict=True):
         if other is None:
             raise LostRotorError("the motion of a neighbour cannot be followed")
-        found.append(shot.whitened((other - samples) / p.step))
+        found[p.name] = shot.whitened((other - samples) / p.step)
     return found

@@ -371,13 +371,15 @@ class RigidRotor:
         return found, ends
 
     def dm_dt_beside(
-        self, neighbours: Sequence[RigidRotor], samples: int, rate_hz: float
+        self, neighbours: Sequence[RigidRotor], samples: int, rate_hz: float, *, late_s: Sequence[float] = ()
     ) -> tuple[Array, list[Array | None], Array]:
         """dm/dt as `dm_dt` has it, that of up to LANES - 1 neighbours at the same steps, and the ends of the steps, s.
 
+        late_s: after the neighbours comes its own dm/dt once more for each of them, sampled so much later.
+
         Raises NoRestError, and LostRotorError for this rotor; a neighbour whose motion runs away is None.
         """
-        motions, ends = motions_beside([self, *neighbours], samples, rate_hz)
+        motions, ends = motions_beside([self, *neighbours], samples, rate_hz, late_s=late_s)
         last_s = self.drive.rx_start_s + self.values.drive_delay_s + (samples - 1) / rate_hz
         if ends.size == 0 or ends[-1] < last_s:
             raise LostRotorError("the rotor's motion cannot be followed")

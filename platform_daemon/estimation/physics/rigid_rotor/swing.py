@@ -143,28 +143,31 @@ def _dense(now, h, k, row, lane, weight):  # type: ignore[no-untyped-def]
 
 @fast_part
 def _sample_step(t, stop, now, k, lanes, first_s, step_s, sampled, implicit, out):  # type: ignore[no-untyped-def]
-    """Fill in what is sampled of each lane from t to stop; sampled: (LANES,) numbers of what is, which grow."""
+    """Fill in what is sampled from t to stop; sampled: (rows,) numbers of what is, which grow."""
     length, weight = stop - t, np.empty(STAGES)
-    for lane in range(LANES):
-        while sampled[lane] < out.shape[1] and first_s[lane] + sampled[lane] * step_s <= stop:
-            at = first_s[lane] + sampled[lane] * step_s
+    for row in range(out.shape[0]):
+        lane = row if row < LANES else 0
+        while sampled[row] < out.shape[1] and first_s[row] + sampled[row] * step_s <= stop:
+            at = first_s[row] + sampled[row] * step_s
             if at >= t and implicit:
-                between(now, length, (at - t) / length, k[0], lanes, lane, out[lane, sampled[lane]])
+                between(now, length, (at - t) / length, k[0], lanes, lane, out[row, sampled[row]])
             elif at >= t:
-                _sample(now, length, (at - t) / length, k, lane, weight, out[lane, sampled[lane]])
-            sampled[lane] += 1
+                _sample(now, length, (at - t) / length, k, lane, weight, out[row, sampled[row]])
+            sampled[row] += 1
 
 
 @fast_kernel
 def swings(y, p, coils, drive, first_s, step_s, scale, given, until_s, implicit, out):  # type: ignore[no-untyped-def]
-    """Motions from states y at t = 0, the start of the drive; fills out (LANES, n, 3) with d(moment/m_r)/dt, 1/s.
+    """Motions from states y at t = 0, the start of the drive; fills out (rows, n, 3) with d(moment/m_r)/dt, 1/s.
+
+    There is a row for each lane; more of them sample the first lane once more, at other times.
 
     Args:
         y: (STATES, LANES).
         p: (SLOTS, LANES).
         coils: (3, LANES) amplitude of the field along u, v, w, T.
         drive: (DRIVE_SLOTS,) of all lanes.
-        first_s: (LANES,) time of the first sample.
+        first_s: (rows,) time of the first sample.
         step_s: distance of the samples.
         scale: (STATES,) tolerated error per step.
         given: ends of the steps of another motion; (0,): they are chosen.
@@ -178,7 +181,7 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, until_s, implicit,
     samples = out.shape[1]
     end = max(first_s.max() + samples * step_s, drive[END])
     k, now = np.empty((STAGES, STATE_SIZE)), np.empty(STATE_SIZE)
-    lanes, sampled = np.zeros(ROWS * LANES), np.zeros(LANES, np.int64)
+    lanes, sampled = np.zeros(ROWS * LANES), np.zeros(out.shape[0], np.int64)
     _fill(lanes, 0, y)
     _fill(lanes, PARAMETER, p)
     _fill(lanes, COILS, coils)
