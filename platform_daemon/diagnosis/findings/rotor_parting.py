@@ -103,22 +103,25 @@ def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: R
     values, gone, left, before = shot.values, np.zeros(len(free)), math.inf, math.inf
     for _ in range(_LIMITS.planned_steps):
         seen = linearised(shot, values, free, math.inf, pool)
-        if seen.chi2 > before:  # this far the first order tells nothing
-            if before > _FIT_LIMITS.near_chi2_per_dof * seen.count:
-                raise LostRotorError("the rotor with the rival cannot be followed from the present shots to the plan")
+        here = seen.chi2 + float(gone @ known @ gone)
+        if here > before:  # this far the first order tells nothing
             break
-        before = seen.chi2
+        before = here
         gradient = seen.gradient - known @ gone
         matrix = seen.matrix + known
         step = limited_step(matrix, gradient, most)
-        fall = float(2.0 * gradient @ step - step @ matrix @ step)
-        left = min(left, max(0.0, seen.chi2 + float(gone @ known @ gone) - fall))
+        promised = max(0.0, here - float(2.0 * gradient @ step - step @ matrix @ step))
+        # What a step from far off promises is true only where it promises little.
+        if here < _FIT_LIMITS.near_chi2_per_dof * seen.count or promised > _LIMITS.promised_share * here:
+            left = min(left, promised)
         if left < THRESHOLDS.rigid_body.worth_sigma**2:  # it will not be proposed
             break
         values = values.with_numbers(
             {p.name: p.moved(getattr(values, p.name), d) for p, d in zip(free, step, strict=True)}
         )
         gone += step
+    if math.isinf(left):
+        raise LostRotorError("the rotor with the rival cannot be followed from the present shots to the planned one")
     return left
 
 

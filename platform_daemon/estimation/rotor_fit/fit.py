@@ -127,11 +127,13 @@ def fit_rotor(
     layout = Layout.of(shots, () if defect is None else (defect,), held)
     longest, stages = longest_s(shots), list[Stage]()
     for window_s in windows_s(first_window_s, longest, predicts=predicts):
-        last = whole and window_s == longest
+        ends = window_s == longest
+        last = whole and ends
+        left_chi2 = LIMITS.found_chi2 if last else LIMITS.settled_chi2 * (1.0 if ends else math.sqrt(len(shots)))
         values, matrix, chi2, dof = settled(
-            shots, layout, values, first, window_s, last, pool, to_beat if window_s == longest else math.inf
+            shots, layout, values, first, window_s, last, pool, to_beat if ends else math.inf, left_chi2=left_chi2
         )
-        if window_s == longest:
+        if ends:
             break
         stages.append(Stage(window_s, tuple(values), sum(chi2) + layout.prior(values, first)[2]))
         if beside is not None:
@@ -264,7 +266,7 @@ def _scales(fit: RotorFit) -> list[dict[str, float]]:
 
 
 def windows_s(first_s: float, longest_s: float, *, predicts: bool = True) -> list[float]:
-    """They grow to the whole, before which comes the share from which the rest is predicted."""
+    """They grow to the whole; where it is to be predicted, the share from which it is comes before."""
     found, end_s = [], (LIMITS.predicting_share if predicts else 1.0) * longest_s
     while first_s * math.sqrt(LIMITS.window_growth) < end_s:
         found.append(first_s)

@@ -158,7 +158,10 @@ class Linearised:
 def linearised(
     shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter], window_s: float, pool: Executor
 ) -> Linearised:
-    """By forward differences at the steps of the motion itself.  Raises NoRestError, LostRotorError."""
+    """By forward differences at the steps of the motion itself, m_r by the column of the field's size.
+
+    Raises NoRestError, LostRotorError.
+    """
     (found,) = all_linearised([shot], [values], [free], window_s, pool)
     return found
 
@@ -176,7 +179,7 @@ def all_linearised(
 
     Raises NoRestError, LostRotorError.
     """
-    rows = [(shot, v, _moved(shot, p), p) for shot, v, p in zip(shots, values, free, strict=True)]
+    rows = [(shot, v, _with_own_motion(shot, p), p) for shot, v, p in zip(shots, values, free, strict=True)]
     begun = [pool.submit(_motion, shot, v, moved, p, window_s) for shot, v, moved, p in rows]
     motions, waiting = [], []
     for (shot, v, moved, _), future in zip(rows, begun, strict=True):
@@ -211,8 +214,8 @@ class _Motion:
     steps: Array
 
 
-def _moved(shot: RotorShot, free: Sequence[FreeParameter]) -> list[FreeParameter]:
-    """Those whose neighbours need a motion of their own: not the delay, and m_r only if the field's size is held.
+def _with_own_motion(shot: RotorShot, free: Sequence[FreeParameter]) -> list[FreeParameter]:
+    """Not the delay, and m_r only if there is a drive whose size is held.
 
     The stator's moment follows from f_nat, so that m_r turns the rotor by the drive alone: dm/dt is m_r times a motion
     that depends on m_r times the field.

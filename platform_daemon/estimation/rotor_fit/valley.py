@@ -138,13 +138,19 @@ class _Normal:
         return step, self._fall(step)
 
     def held_short(self, step: Array, most: Array) -> bool:
-        """A component is as large as it may be, though less would be well within what the data tell of it."""
-        sd = np.sqrt(np.abs(np.diag(np.linalg.inv(self.matrix))))
-        return bool(np.any((np.abs(step) >= most) & (most > sd)))
+        """A component is at its bound, and the data know it better than that, so that a shorter step is worth a try."""
+        try:
+            sd = np.sqrt(np.abs(np.diag(np.linalg.inv(self.matrix))))
+        except np.linalg.LinAlgError:
+            return False
+        return bool(np.any((np.abs(step) >= LIMITS.at_bound * most) & (most > sd)))
 
     def whole_fall(self) -> float:
-        """Of chi^2 as a step promises it that is neither damped nor bounded."""
-        return float(self.gradient @ np.linalg.solve(self.matrix, self.gradient))
+        """Of chi^2 as a step promises it that is neither damped nor bounded; infinite where there is none."""
+        try:
+            return float(self.gradient @ np.linalg.solve(self.matrix, self.gradient))
+        except np.linalg.LinAlgError:
+            return math.inf
 
     def _fall(self, step: Array) -> float:
         return float(2.0 * self.gradient @ step - step @ self.matrix @ step)
@@ -204,14 +210,18 @@ class Valley:
             raise RotorFitError("the rotor with the start values cannot be followed")
         return found
 
-    def trial(self, values: Sequence[RotorValues], step: Array, normal: _Normal, pool: Executor) -> _Point | None:
+    def trial(
+        self, values: Sequence[RotorValues], step: Array, most: Array, normal: _Normal, pool: Executor
+    ) -> _Point | None:
         """Where a step leads, back on the floor; None where there is no such rotor.
+
+        most: by how much one step may move each parameter, (size,).
 
         Raises RotorFitError.
         """
         share = LIMITS.strong_share if len(self._shots) == 1 else LIMITS.strong_share_of_several
         # Of what the data tell too little to bound its steps, a return gives only a small part.
-        bounded = normal.matrix + np.diag(self._layout.most_step**-2.0)
+        bounded = normal.matrix + np.diag(most**-2.0)
         strong, weight = _strong_directions(bounded, share)
         best: _Point | None = None
         backs: list[Array] = []
@@ -291,21 +301,23 @@ def settled(
     last: bool,
     pool: Executor,
     to_beat: float = math.inf,
+    *,
+    left_chi2: float = LIMITS.found_chi2,
 ) -> tuple[list[RotorValues], Array, list[float], list[float]]:
     """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more.
 
-    last: no longer window follows; to_beat: chi^2 above which the fit is of no use.
+    last: no longer window follows, and the fit is not only to be compared; to_beat: chi^2 above which the fit is of no
+    use; left_chi2: predicted fall at which it ends, also where a step brought what the whole one promised but for that.
 
     Where trials had to be damped more before one led down, the next step keeps that damping, since the valley bends as
-    much there; where the first one leads down, the next step is damped less.
+    much there; where the first one leads down, the next step is damped less.  The same holds for the room that
+    logarithms have, which is made smaller first where one at its bound may be why a trial failed.
 
     Raises RotorFitError, also above `to_beat`; the fit ends where steps as good as the last one will not lead below.
     """
     most_steps = LIMITS.most_steps if last else LIMITS.few_steps
-    # By how much chi^2 moves with the time steps that motions choose: one such failure more tells nothing, and a fit
-    # that is only to be compared needs no more.
+    # By how much chi^2 moves with the time steps that motions choose: one such failure more tells nothing.
     chance_chi2 = LIMITS.settled_chi2 * math.sqrt(len(shots))
-    settled_chi2 = LIMITS.found_chi2 if last else chance_chi2
     valley = Valley(shots, layout, first, window_s)
     here: _Point | None = None
     first_damping = LIMITS.first_damping if len(shots) == 1 else LIMITS.first_damping_of_several
@@ -316,31 +328,34 @@ def settled(
         here = here or valley.start(values, normal, pool)
         # Far from the floor no step is more than a direction, and the others need not go along.
         near = normal.total < LIMITS.near_chi2_per_dof * sum(counts)
-        most = room * layout.most_step if near else np.full(layout.size, np.inf)
-        step, expected = normal.step(damping, most)
-        # A step that a kept damping makes small says nothing of what is left.
-        while expected < settled_chi2 and damping > first_damping:
-            damping = max(LIMITS.damping_falls * damping, first_damping)
-            step, expected = normal.step(damping, most)
-        began, reached, grows, at_once = damping, None, LIMITS.damping_grows, True
-        while expected > settled_chi2 and damping < LIMITS.most_damping:
-            reached = valley.trial(values, step, normal, pool)
+        widest = layout.most_step if near else np.full(layout.size, np.inf)
+        step, expected = normal.step(damping, room * widest)
+        # A step that a kept damping or little room makes small says nothing of what is left.
+        while expected < left_chi2 and (damping > first_damping or room < 1.0):
+            damping, room = max(LIMITS.damping_falls * damping, first_damping), min(1.0, room / LIMITS.room_falls)
+            step, expected = normal.step(damping, room * widest)
+        freely = damping <= first_damping and room == 1.0
+        reached, grows, at_once = None, LIMITS.damping_grows, True
+        while expected > left_chi2 and damping < LIMITS.most_damping:
+            reached = valley.trial(values, step, room * widest, normal, pool)
             if reached is not None and reached.total < here.total:
                 break
             reached, at_once = None, False
             if expected < chance_chi2:
                 break
-            if room > LIMITS.least_room and normal.held_short(step, most):
-                room, most = LIMITS.room_falls * room, LIMITS.room_falls * most
+            if room > LIMITS.least_room and normal.held_short(step, room * widest):
+                room *= LIMITS.room_falls
             else:
                 damping, grows = damping * grows, 2.0 * grows
-            step, expected = normal.step(damping, most)
+            step, expected = normal.step(damping, room * widest)
         if reached is None:
             break
         values, fall, here = reached.values, here.total - reached.total, reached
-        small = max(fall, LIMITS.good_fall * expected) < settled_chi2
-        told = not at_once or began <= first_damping  # a less damped step was tried
-        if (small and told) or abs(normal.whole_fall() - fall) < settled_chi2:
+        small = max(fall, LIMITS.good_fall * expected) < left_chi2
+        told = not at_once or freely  # a larger step was tried
+        # The matrix is that of the place before: what is stated of a fit comes from no step of many standard errors.
+        kept = (not last or fall < chance_chi2) and abs(normal.whole_fall() - fall) < left_chi2
+        if (small and told) or kept:
             break
         if at_once and (small or fall > LIMITS.good_fall * expected):
             damping = max(LIMITS.damping_falls * damping, LIMITS.least_damping_share * first_damping)

@@ -27,7 +27,9 @@ class RigidRotorThresholds:
     most_steps_per_s: float = tuned(
         3e6, "1/s", "beyond which values are far from any rotor: a jewel takes 8e4, at rest 1.4e6, a thread 2e4"
     )
-    settling_s: float = tuned(0.02, "s", "more of such steps, which a motion may need to find its step")
+    settling_s: float = tuned(
+        0.02, "s", "added to a motion's own time where its steps are counted: it begins with short ones"
+    )
     tolerance: float = tuned(
         1e-9, "1", "error per step of the swing, of 1 for directions and of omega_nat for speeds", AGREEMENT
     )
@@ -141,7 +143,8 @@ class RigidRotorThresholds:
     room_falls: float = tuned(
         0.3, "1", "factor of the largest step of a logarithm after a failure with one that large", START
     )
-    least_room: float = tuned(0.03, "1", "that factor below which a failure is another one's")
+    least_room: float = tuned(0.03, "1", "of that factor: below it a failure has another cause")
+    at_bound: float = tuned(1.0 - 1e-9, "1", "of a bound, from which on a component is at it")
     near_chi2_per_dof: float = tuned(
         10.0, "1", "below which all parameters go along with one whose step is limited; not so from far starts", START
     )

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.physics.rigid_rotor.motions import motions_beside
-from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError
-from platform_daemon.estimation.rotor_fit.shot import residuals
+from platform_daemon.estimation.physics.rigid_rotor.rotor import NO_DRIVE, LostRotorError
+from platform_daemon.estimation.rotor_fit.parameters import free_parameters
+from platform_daemon.estimation.rotor_fit.shot import linearised, residuals
 from tests.kit.rotor_shots import RATE_HZ, shot_of
 
 
@@ -41,3 +42,25 @@ def test_one_that_cannot_be_followed_is_told_whatever_its_place(pool):
         values[place] = replace(values[place], lambda_per_s=-1e7)
         with pytest.raises(LostRotorError):
             residuals(shots, values, 1.0, pool)
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "held"),
+    [("thread", "rest", ""), ("jewel", "rest", ""), ("thread", "swing", ""), ("jewel", "rest", "drive_size"),
+     ("thread", "free", "")],
+)  # fmt: skip
+def test_columns_that_take_no_motion_of_their_own_are_what_small_changes_make(name, start, held, pool):
+    """Those of the drive's delay and of m_r, against central differences of whole motions."""
+    values = {"start_angle_rad": 0.5, "start_speed_rad_per_s": 200.0} if start != "rest" else {}
+    shot = replace(shot_of(name, 700, (3e-4, 0.0, 2e-5), drive_size=1.02, **values), start=start)
+    shot = replace(shot, drive=NO_DRIVE) if start == "free" else shot
+    free = [p for p in free_parameters(shot.geometry, ("stator_tilt_rad",), start) if p.name != held]
+    found = linearised(shot, shot.values, free, 1.0, pool)
+    by_name = dict(zip((p.name for p in free), found.columns, strict=True))
+    changes = {"m_r_am2": 1e-5, "drive_delay_s": 1e-6, "f_nat_hz": 1e-4, "drive_size": 1e-3}
+    assert {"m_r_am2", "f_nat_hz"} <= set(by_name)
+    for parameter in set(changes) & set(by_name):
+        h, at = changes[parameter], getattr(shot.values, parameter)
+        low, high = (shot.residual(replace(shot.values, **{parameter: at + s * h}), 1.0) for s in (-1, 1))
+        slope = (low - high) / (2.0 * h)
+        assert np.abs(by_name[parameter] - slope).max() < 2e-3 * np.abs(slope).max(), parameter

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
+from platform_daemon.estimation.rotor_fit.fit import fit_rotor, windows_s
 from platform_daemon.estimation.rotor_fit.valley import Layout, Valley, limited_step
 from tests.kit.rotor_shots import RATE_HZ, shot_of
 
@@ -48,8 +49,49 @@ def test_what_the_data_do_not_tell_moves_little_on_the_way_back_to_the_floor():
         off = [replace(truth, f_nat_hz=truth.f_nat_hz + 2e-3)]
         normal = valley.linearised(off, pool)
         step, _ = normal.step(1e-9, layout.most_step)
-        found = valley.trial(off, step, normal, pool)
+        found = valley.trial(off, step, layout.most_step, normal, pool)
     moved = np.log(found.values[0].creep_spin_rad_per_s / truth.creep_spin_rad_per_s)
     assert step[layout.place("creep_spin_rad_per_s")] == 0.5  # as far as one step may
     assert 0.5 <= moved < 0.8  # without a bound on returns: 3
     assert found.total < normal.total - 500.0
+
+
+def test_only_a_component_that_the_data_know_better_than_its_bound_is_held_short():
+    known, most = np.array([1e4, 1e-2]), np.array([0.5, 0.5])
+    normal = _normal(known)
+    assert normal.held_short(np.array([-0.5, 0.1]), most)  # known to 0.01
+    assert not normal.held_short(np.array([0.1, 0.5]), most)  # known to 10
+    assert not normal.held_short(np.array([0.4, 0.4]), most)
+    assert normal.whole_fall() == pytest.approx(1e-4 + 100.0)
+
+
+def _normal(known):
+    """Normal equations of two parameters that are known independently, with a gradient of 1 in both."""
+    valley = Valley([], Layout((), (), 2), [], 0.0)
+    empty = valley.linearised([], ThreadPoolExecutor(1))
+    return replace(empty, matrix=np.diag(known), gradient=np.ones(2))
+
+
+def test_a_step_that_keeps_what_the_whole_one_promises_ends_a_fit(monkeypatch):
+    shot = shot_of("thread", 1200, (2e-4, 0.0, 0.0))
+    truth, seen = shot.values, []
+    noise = np.random.default_rng(2).normal(size=(3, 1200)) * shot.sd[:, None]
+    shot = replace(shot, samples=shot.rotor(truth).dm_dt(1200, RATE_HZ)[0] + noise)
+    whole = Valley.linearised
+    monkeypatch.setattr(Valley, "linearised", lambda self, *args: seen.append(1) or whole(self, *args))
+    begun = replace(shot, values=replace(truth, f_nat_hz=truth.f_nat_hz + 1e-3))
+    held = ("distance_m", "side_damping_per_s", "lean_damping_per_s", "damping_axis_to_thread")
+    with ThreadPoolExecutor(2) as pool:
+        found = fit_rotor([begun], "stator_tilt_rad", pool, first_window_s=1.0, held=held)
+        assert len(seen) == 1
+        again = fit_rotor(
+            [replace(shot, values=found.values[0])], "stator_tilt_rad", pool, first_window_s=1.0, held=held
+        )
+    assert again.total_chi2 > found.total_chi2 - 1.0
+
+
+def test_windows_end_with_the_whole_and_before_it_the_share_that_predicts_it():
+    assert windows_s(0.4, 2.0) == pytest.approx([0.4, 0.8, 1.4, 2.0])
+    assert windows_s(0.4, 2.0, predicts=False) == pytest.approx([0.4, 0.8, 2.0])
+    assert windows_s(0.4, 0.5, predicts=False) == [0.5]
+    assert windows_s(np.inf, 0.5) == windows_s(np.inf, 0.5, predicts=False) == [0.5]

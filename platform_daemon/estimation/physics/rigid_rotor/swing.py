@@ -193,7 +193,7 @@ def swings(y, p, coils, drive, first_s, step_s, scale, given, until_s, implicit,
     k[0] = lanes[RATE * LANES : LOAD * LANES]
     while t < end:
         if given.size > 0:
-            # one that is sampled later goes on with the last step
+            # a neighbour that is sampled later than the motion that chose them goes on with the last one
             stop = given[count] if count < given.size else t + h
             h = stop - t
         else:

@@ -131,6 +131,30 @@ def test_rotors_beside_each_other_are_those_alone(name):
     assert np.abs(together[0] - together[1]).max() > 1e-3 * np.abs(together[0]).max()
 
 
+@pytest.mark.parametrize("contact", [{}, STICKS])
+def test_one_motion_is_sampled_once_more_at_later_times(contact):
+    rotor = true_rotor(rigid_specimen("jewel", defects={"stator_tilt_rad": 0.03}), DRIVE, **contact)
+    neighbour = replace(rotor, values=replace(rotor.values, f_nat_hz=214.0))
+    _, (beside, *late), _ = rotor.dm_dt_beside([neighbour], 500, RATE_HZ, late_s=[1e-5, 1.0 / RATE_HZ])
+    whole, _ = rotor.dm_dt(501, RATE_HZ)
+    delayed, _ = replace(rotor, values=replace(rotor.values, drive_delay_s=1e-5)).dm_dt(500, RATE_HZ)
+    size = np.abs(whole).max()
+    assert np.abs(late[0] - delayed).max() < 1e-6 * size
+    assert np.abs(late[1] - whole[:, 1:]).max() < 1e-6 * size
+    assert np.abs(beside - whole[:, :-1]).max() > 1e-3 * size
+
+
+def test_a_motion_that_leaves_the_cup_is_given_up_soon():
+    """Where its steps become tiny, whatever is left of the window."""
+    rotor = true_rotor(rigid_specimen("jewel"), replace(DRIVE, field_t=(3e-3, 0.0, 0.0)), **STICKS)
+    (motion,), ends = motions_beside([rotor], 12000, RATE_HZ)
+    assert ends[-1] < 0.3  # of 1 s
+    assert ends.size < 3e6 * (ends[-1] + 0.02) + 2
+    assert motion is not None
+    with pytest.raises(LostRotorError):
+        rotor.dm_dt(12000, RATE_HZ)
+
+
 def test_contact_radius_and_distance_follow_from_what_is_measured():
     rotor = true_rotor(rigid_specimen("jewel"))
     v = rotor.values
