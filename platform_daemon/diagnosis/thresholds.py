@@ -325,7 +325,7 @@ class Findings:
     planning_shots: int = 3  # shots that represent all in a plan [cost]
     more_shots_ratio: float = 3.0  # further shots per present one in the plan `more_shots` [unset]
     apart_sigma: float = 3.3  # that a proposed measurement is to bring [noise: 1e-3]
-    promised_share: float = 0.5  # of chi^2, above which a step of a rival that is far off is near its end [unset]
+    promised_share: float = 0.5  # of chi^2 left after a step, above which a rival is near its end [unset]
     planned_steps: int = 4  # of Gauss-Newton by which a rival follows a planned shot [cost]
     blank_shots_power: float = 3.0  # by which blank shots widen the difference of two effects: a rule of thumb [unset]
     # by which another excitation axis widens the difference of two effects: likewise [unset]

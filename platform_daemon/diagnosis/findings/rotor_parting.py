@@ -23,11 +23,10 @@ from platform_daemon.estimation.rotor_fit.fit import RotorFit
 from platform_daemon.estimation.rotor_fit.parameters import free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot, linearised
 from platform_daemon.estimation.rotor_fit.valley import limited_step
-from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_THRESHOLDS
 
 from .next_measurements import MEASUREMENTS, Proposal
 
-_LIMITS, _FIT_LIMITS = THRESHOLDS.findings, FIT_THRESHOLDS.rigid_rotor
+_LIMITS = THRESHOLDS.findings
 _ON_ITS_SIDE = rotation_from_rodrigues(np.array([0.5 * np.pi, 0.0, 0.0]))  # the main axis from z to -y
 
 
@@ -100,7 +99,7 @@ def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: R
     known = _known(rival, [p.name for p in free if p.common], [p.name for p in free])
     known += np.diag([0.0 if p.sd is None or p.common else p.sd**-2 for p in free])
     most = np.array([p.most_step for p in free])
-    values, gone, left, before = shot.values, np.zeros(len(free)), math.inf, math.inf
+    values, gone, before = shot.values, np.zeros(len(free)), math.inf
     for _ in range(_LIMITS.planned_steps):
         seen = linearised(shot, values, free, math.inf, pool)
         here = seen.chi2 + float(gone @ known @ gone)
@@ -111,18 +110,14 @@ def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: R
         matrix = seen.matrix + known
         step = limited_step(matrix, gradient, most)
         promised = max(0.0, here - float(2.0 * gradient @ step - step @ matrix @ step))
-        # What a step from far off promises is true only where it promises little.
-        if here < _FIT_LIMITS.near_chi2_per_dof * seen.count or promised > _LIMITS.promised_share * here:
-            left = min(left, promised)
-        if left < THRESHOLDS.rigid_body.worth_sigma**2:  # it will not be proposed
-            break
+        # What a step promises is true where the rivals differ by less than noise, or where it promises little.
+        if here < seen.count or promised > _LIMITS.promised_share * here:
+            return promised
         values = values.with_numbers(
             {p.name: p.moved(getattr(values, p.name), d) for p, d in zip(free, step, strict=True)}
         )
         gone += step
-    if math.isinf(left):
-        raise LostRotorError("the rotor with the rival cannot be followed from the present shots to the planned one")
-    return left
+    raise LostRotorError("the rotor with the rival cannot be followed from the present shots to the planned one")
 
 
 def _known(fit: RotorFit, common: Sequence[str], names: Sequence[str]) -> Array:

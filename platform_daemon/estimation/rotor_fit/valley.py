@@ -328,6 +328,7 @@ def settled(
         here = here or valley.start(values, normal, pool)
         # Far from the floor no step is more than a direction, and the others need not go along.
         near = normal.total < LIMITS.near_chi2_per_dof * sum(counts)
+        on_floor = normal.total < LIMITS.floor_chi2_per_dof * sum(counts)
         widest = layout.most_step if near else np.full(layout.size, np.inf)
         step, expected = normal.step(damping, room * widest)
         # A step that a kept damping or little room makes small says nothing of what is left.
@@ -337,13 +338,13 @@ def settled(
         freely = damping <= first_damping and room == 1.0
         reached, grows, at_once = None, LIMITS.damping_grows, True
         while expected > left_chi2 and damping < LIMITS.most_damping:
-            reached = valley.trial(values, step, room * widest, normal, pool)
+            reached = valley.trial(values, step, room * layout.most_step, normal, pool)
             if reached is not None and reached.total < here.total:
                 break
             reached, at_once = None, False
             if expected < chance_chi2:
                 break
-            if room > LIMITS.least_room and normal.held_short(step, room * widest):
+            if on_floor and room > LIMITS.least_room and normal.held_short(step, room * widest):
                 room *= LIMITS.room_falls
             else:
                 damping, grows = damping * grows, 2.0 * grows

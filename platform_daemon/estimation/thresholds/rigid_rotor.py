@@ -144,6 +144,9 @@ class RigidRotorThresholds:
         0.3, "1", "factor of the largest step of a logarithm after a failure with one that large", START
     )
     least_room: float = tuned(0.03, "1", "of that factor: below it a failure has another cause")
+    floor_chi2_per_dof: float = tuned(
+        1.1, "1", "below which that is done: further up such short steps do not reach the floor", START
+    )
     at_bound: float = tuned(1.0 - 1e-9, "1", "of a bound, from which on a component is at it")
     near_chi2_per_dof: float = tuned(
         10.0, "1", "below which all parameters go along with one whose step is limited; not so from far starts", START
