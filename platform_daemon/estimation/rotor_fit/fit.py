@@ -18,9 +18,10 @@ from platform_daemon.estimation.numerics.correlation import samples_per_value
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
+from .layout import Layout
 from .parameters import DEFECTS, Defect, free_parameters
 from .shot import RotorShot, linearised
-from .valley import Layout, RotorFitError, Valley, settled
+from .valley import RotorFitError, Valley, settled
 
 LIMITS = THRESHOLDS.rigid_rotor
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,7 +14,7 @@ from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
-from .parameters import Defect, FreeParameter, free_parameters
+from .layout import Layout
 from .shot import Linearised, RotorShot, all_linearised, residuals
 
 LIMITS = THRESHOLDS.rigid_rotor
@@ -22,66 +22,6 @@ LIMITS = THRESHOLDS.rigid_rotor
 
 class RotorFitError(ValueError):
     """The fit finds no rotor; the text says why."""
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Where the free parameters of each shot stand in the common vector."""
-
-    free: tuple[tuple[FreeParameter, ...], ...]
-    places: tuple[tuple[int, ...], ...]
-    size: int
-
-    @classmethod
-    def of(cls, shots: Sequence[RotorShot], defects: Iterable[Defect], held: Sequence[str]) -> Layout:
-        """Of shots with these defects free, and of their free parameters none of `held`."""
-        free, places, shared, size = [], [], dict[str, int](), 0
-        defects = tuple(defects)
-        for shot in shots:
-            of_shot = tuple(p for p in free_parameters(shot.geometry, defects, shot.start) if p.name not in held)
-            here = []
-            for p in of_shot:
-                if p.common and p.name in shared:
-                    here.append(shared[p.name])
-                    continue
-                here.append(size)
-                if p.common:
-                    shared[p.name] = size
-                size += 1
-            free.append(of_shot)
-            places.append(tuple(here))
-        return cls(tuple(free), tuple(places), size)
-
-    @property
-    def most_step(self) -> Array:
-        """By how much one step may move each parameter, (size,)."""
-        most = np.full(self.size, np.inf)
-        for free, places in zip(self.free, self.places, strict=True):
-            for p, k in zip(free, places, strict=True):
-                most[k] = p.most_step
-        return most
-
-    def place(self, name: str) -> int:
-        """Of a common parameter in the vector."""
-        return next(k for p, k in zip(self.free[0], self.places[0], strict=True) if p.name == name)
-
-    def moved(self, values: Sequence[RotorValues], step: Array) -> list[RotorValues]:
-        """The values of each shot after a step (size,)."""
-        return [
-            v.with_numbers(
-                {p.name: p.moved(getattr(v, p.name), float(step[k])) for p, k in zip(free, places, strict=True)}
-            )
-            for v, free, places in zip(values, self.free, self.places, strict=True)
-        ]
-
-    def prior(self, values: Sequence[RotorValues], first: Sequence[RotorValues]) -> tuple[Array, Array, float]:
-        """Weights (size,), pull (size,) towards what was known beforehand, and its chi^2."""
-        weight, off = np.zeros(self.size), np.zeros(self.size)
-        for v, f, free, places in zip(values, first, self.free, self.places, strict=True):
-            for p, k in zip(free, places, strict=True):
-                if p.sd is not None:
-                    weight[k], off[k] = p.sd**-2, p.apart(getattr(v, p.name), getattr(f, p.name))
-        return weight, weight * off, float(weight @ off**2)
 
 
 def limited_step(matrix: Array, gradient: Array, most: Array) -> Array:
@@ -211,17 +151,17 @@ class Valley:
         return found
 
     def trial(
-        self, values: Sequence[RotorValues], step: Array, most: Array, normal: _Normal, pool: Executor
+        self, values: Sequence[RotorValues], step: Array, room: float, normal: _Normal, pool: Executor
     ) -> _Point | None:
         """Where a step leads, back on the floor; None where there is no such rotor.
 
-        most: by how much one step may move each parameter, (size,).
+        room: share of the most that a logarithm may change.
 
         Raises RotorFitError.
         """
         share = LIMITS.strong_share if len(self._shots) == 1 else LIMITS.strong_share_of_several
         # Of what the data tell too little to bound its steps, a return gives only a small part.
-        bounded = normal.matrix + np.diag(most**-2.0)
+        bounded = normal.matrix + np.diag((room * self._layout.most_step) ** -2.0)
         strong, weight = _strong_directions(bounded, share)
         best: _Point | None = None
         backs: list[Array] = []
@@ -292,6 +232,60 @@ def _strong_directions(matrix: Array, share: float) -> tuple[Array, Array]:
     return scale[:, None] * vectors[:, strong], values[strong]
 
 
+@dataclass
+class _Caution:
+    """How the steps of a fit are held back by what trials have shown of the valley's bend.
+
+    first: damping with which it began; damping: of the next step; room: share of the most that a logarithm may change.
+    """
+
+    first: float
+    damping: float
+    room: float = 1.0
+
+    @property
+    def none(self) -> bool:
+        """Steps are held back no more than the first one was."""
+        return self.damping <= self.first and self.room == 1.0
+
+    def eased(self, least: float) -> None:
+        """Less of it; least: damping."""
+        self.damping = max(LIMITS.damping_falls * self.damping, least)
+        self.room = min(1.0, self.room / LIMITS.room_falls)
+
+
+def _led_down(
+    valley: Valley,
+    here: _Point,
+    normal: _Normal,
+    widest: Array,
+    caution: _Caution,
+    ends: tuple[float, float],
+    pool: Executor,
+) -> tuple[_Point | None, float, bool]:
+    """Where the first trial leads that lowers chi^2, None: none does; the fall that it promised; it was the first one.
+
+    widest: by how much a step may move each parameter, (size,); caution: grows with each failure; ends: promised falls
+    below which no trial is worth while, and below which none is after a failure.
+    """
+    counts, grows, at_once = sum(normal.counts), LIMITS.damping_grows, True
+    on_floor = normal.total < LIMITS.floor_chi2_per_dof * counts
+    step, promised = normal.step(caution.damping, caution.room * widest)
+    while promised > ends[0] and caution.damping < LIMITS.most_damping:
+        reached = valley.trial(here.values, step, caution.room, normal, pool)
+        if reached is not None and reached.total < here.total:
+            return reached, promised, at_once
+        if promised < ends[1]:
+            break
+        at_once = False
+        if on_floor and caution.room > LIMITS.least_room and normal.held_short(step, caution.room * widest):
+            caution.room *= LIMITS.room_falls
+        else:
+            caution.damping, grows = caution.damping * grows, 2.0 * grows
+        step, promised = normal.step(caution.damping, caution.room * widest)
+    return None, promised, False
+
+
 def settled(
     shots: Sequence[RotorShot],
     layout: Layout,
@@ -321,46 +315,30 @@ def settled(
     valley = Valley(shots, layout, first, window_s)
     here: _Point | None = None
     first_damping = LIMITS.first_damping if len(shots) == 1 else LIMITS.first_damping_of_several
-    damping, room = first_damping, 1.0
+    caution = _Caution(first_damping, first_damping)
     for left in reversed(range(most_steps)):
         normal = valley.linearised(values, pool)
         matrix, counts = normal.matrix, normal.counts
         here = here or valley.start(values, normal, pool)
         # Far from the floor no step is more than a direction, and the others need not go along.
         near = normal.total < LIMITS.near_chi2_per_dof * sum(counts)
-        on_floor = normal.total < LIMITS.floor_chi2_per_dof * sum(counts)
         widest = layout.most_step if near else np.full(layout.size, np.inf)
-        step, expected = normal.step(damping, room * widest)
-        # A step that a kept damping or little room makes small says nothing of what is left.
-        while expected < left_chi2 and (damping > first_damping or room < 1.0):
-            damping, room = max(LIMITS.damping_falls * damping, first_damping), min(1.0, room / LIMITS.room_falls)
-            step, expected = normal.step(damping, room * widest)
-        freely = damping <= first_damping and room == 1.0
-        reached, grows, at_once = None, LIMITS.damping_grows, True
-        while expected > left_chi2 and damping < LIMITS.most_damping:
-            reached = valley.trial(values, step, room * layout.most_step, normal, pool)
-            if reached is not None and reached.total < here.total:
-                break
-            reached, at_once = None, False
-            if expected < chance_chi2:
-                break
-            if on_floor and room > LIMITS.least_room and normal.held_short(step, room * widest):
-                room *= LIMITS.room_falls
-            else:
-                damping, grows = damping * grows, 2.0 * grows
-            step, expected = normal.step(damping, room * widest)
+        # A step that is held back says nothing of what is left.
+        while not caution.none and normal.step(caution.damping, caution.room * widest)[1] < left_chi2:
+            caution.eased(first_damping)
+        freely = caution.none
+        reached, promised, at_once = _led_down(valley, here, normal, widest, caution, (left_chi2, chance_chi2), pool)
         if reached is None:
             break
         values, fall, here = reached.values, here.total - reached.total, reached
-        small = max(fall, LIMITS.good_fall * expected) < left_chi2
+        small = max(fall, LIMITS.good_fall * promised) < left_chi2
         told = not at_once or freely  # a larger step was tried
         # The matrix is that of the place before: what is stated of a fit comes from no step of many standard errors.
         kept = (not last or fall < chance_chi2) and abs(normal.whole_fall() - fall) < left_chi2
         if (small and told) or kept:
             break
-        if at_once and (small or fall > LIMITS.good_fall * expected):
-            damping = max(LIMITS.damping_falls * damping, LIMITS.least_damping_share * first_damping)
-            room = min(1.0, room / LIMITS.room_falls)
+        if at_once and (small or fall > LIMITS.good_fall * promised):
+            caution.eased(LIMITS.least_damping_share * first_damping)
         if told and reached.total - left * fall > to_beat:
             break
         del normal  # before the next one, which is as large

@@ -8,7 +8,8 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from platform_daemon.estimation.rotor_fit.fit import fit_rotor, windows_s
-from platform_daemon.estimation.rotor_fit.valley import Layout, Valley, limited_step
+from platform_daemon.estimation.rotor_fit.layout import Layout
+from platform_daemon.estimation.rotor_fit.valley import Valley, limited_step
 from tests.kit.rotor_shots import RATE_HZ, shot_of
 
 
@@ -49,7 +50,7 @@ def test_what_the_data_do_not_tell_moves_little_on_the_way_back_to_the_floor():
         off = [replace(truth, f_nat_hz=truth.f_nat_hz + 2e-3)]
         normal = valley.linearised(off, pool)
         step, _ = normal.step(1e-9, layout.most_step)
-        found = valley.trial(off, step, layout.most_step, normal, pool)
+        found = valley.trial(off, step, 1.0, normal, pool)
     moved = np.log(found.values[0].creep_spin_rad_per_s / truth.creep_spin_rad_per_s)
     assert step[layout.place("creep_spin_rad_per_s")] == 0.5  # as far as one step may
     assert 0.5 <= moved < 0.8  # without a bound on returns: 3

@@ -160,14 +160,12 @@ def _sample_step(t, stop, now, k, lanes, first_s, step_s, sampled, implicit, out
 def swings(y, p, coils, drive, first_s, step_s, scale, given, until_s, implicit, out):  # type: ignore[no-untyped-def]
     """Motions from states y at t = 0, the start of the drive; fills out (rows, n, 3) with d(moment/m_r)/dt, 1/s.
 
-    There is a row for each lane; more of them sample the first lane once more, at other times.
-
     Args:
         y: (STATES, LANES).
         p: (SLOTS, LANES).
         coils: (3, LANES) amplitude of the field along u, v, w, T.
         drive: (DRIVE_SLOTS,) of all lanes.
-        first_s: (rows,) time of the first sample.
+        first_s: (rows,) time of the first sample of each lane, and of more samples of the first lane.
         step_s: distance of the samples.
         scale: (STATES,) tolerated error per step.
         given: ends of the steps of another motion; (0,): they are chosen.
