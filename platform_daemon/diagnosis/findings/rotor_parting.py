@@ -61,25 +61,32 @@ PLANS: dict[str, Callable[[RotorShot], RotorShot]] = {
 def parting(rotor: ManufacturingError, pool: Executor) -> tuple[Proposal, ...]:
     """Measurements that would part the named error from those that act alike, the largest expected difference first.
 
-    A plan that a rotor cannot follow is left out.  Empty where nothing acts alike.
+    A plan that the rotor cannot follow is left out, a look-alike that cannot is left out of it.  Empty where nothing
+    acts alike.
     """
     if not rotor.alike:
         return ()
     count, present = len(rotor.fit.shots), [max(0.0, a.rise) for a in rotor.alike]
-    ways = {"more_shots": [math.sqrt((1.0 + _LIMITS.more_shots_ratio) * rise) for rise in present]}
+    # By the measurement's key: expected standard deviations by the place of the look-alike.
+    ways = {"more_shots": {k: math.sqrt((1.0 + _LIMITS.more_shots_ratio) * rise) for k, rise in enumerate(present)}}
 
-    def further(key: str) -> list[float] | None:
-        try:
-            return [count * _difference(PLANS[key], rotor.fit, a.fit, pool) for a in rotor.alike]
-        except (NoRestError, LostRotorError, np.linalg.LinAlgError):
-            return None
+    def further(key: str) -> list[float | None]:
+        found: list[float | None] = []
+        for a in rotor.alike:
+            try:
+                found.append(count * _difference(PLANS[key], rotor.fit, a.fit, pool))
+            except (NoRestError, LostRotorError, np.linalg.LinAlgError):
+                found.append(None)
+        return found
 
     for key, found in zip(PLANS, beside_each_other(further, PLANS), strict=True):
-        if found is not None:
-            ways[key] = [math.sqrt(now + later) for now, later in zip(present, found, strict=True)]
+        expected = {k: math.sqrt(present[k] + later) for k, later in enumerate(found) if later is not None}
+        if expected:
+            ways[key] = expected
     proposals = []
     for key, expected in ways.items():
-        apart = [k for k, sigma in enumerate(expected) if sigma >= _LIMITS.apart_sigma] or [int(np.argmax(expected))]
+        most = max(expected, key=lambda k: expected[k])
+        apart = [k for k, sigma in expected.items() if sigma >= _LIMITS.apart_sigma] or [most]
         ids = tuple(dict.fromkeys((rotor.effect.id, *(rotor.alike[k].effect.id for k in apart))))
         proposals.append(Proposal(MEASUREMENTS[key], ids, min(expected[k] for k in apart)))
     return tuple(sorted(proposals, key=lambda p: -p.expected_sigma))
@@ -99,25 +106,32 @@ def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: R
     known = _known(rival, [p.name for p in free if p.common], [p.name for p in free])
     known += np.diag([0.0 if p.sd is None or p.common else p.sd**-2 for p in free])
     most = np.array([p.most_step for p in free])
-    values, gone, before = shot.values, np.zeros(len(free)), math.inf
+    values, gone = shot.values, np.zeros(len(free))
+    left = before = math.inf
     for _ in range(_LIMITS.planned_steps):
         seen = linearised(shot, values, free, math.inf, pool)
         here = seen.chi2 + float(gone @ known @ gone)
         if here > before:  # this far the first order tells nothing
             break
-        before = here
         gradient = seen.gradient - known @ gone
         matrix = seen.matrix + known
         step = limited_step(matrix, gradient, most)
         promised = max(0.0, here - float(2.0 * gradient @ step - step @ matrix @ step))
-        # What a step promises is true where the rivals differ by less than noise, or where it promises little.
-        if here < seen.count or promised > _LIMITS.promised_share * here:
-            return promised
+        # A promise holds near the least chi^2: where less than noise is left, or where a step has led down and the next
+        # one would bring little, not because it is at a bound.
+        ends = promised > _LIMITS.promised_share * here and bool(np.all(np.abs(step) < most))
+        if here < seen.count or (math.isfinite(before) and ends):
+            left = min(left, promised)
+        if left < THRESHOLDS.rigid_body.worth_sigma**2:  # it will not be proposed
+            break
+        before = here
         values = values.with_numbers(
             {p.name: p.moved(getattr(values, p.name), d) for p, d in zip(free, step, strict=True)}
         )
         gone += step
-    raise LostRotorError("the rotor with the rival cannot be followed from the present shots to the planned one")
+    if math.isinf(left):
+        raise LostRotorError("the rotor with the rival cannot be followed from the present shots to the planned one")
+    return left
 
 
 def _known(fit: RotorFit, common: Sequence[str], names: Sequence[str]) -> Array:

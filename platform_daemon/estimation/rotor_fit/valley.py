@@ -249,7 +249,7 @@ class _Caution:
         return self.damping <= self.first and self.room == 1.0
 
     def eased(self, least: float) -> None:
-        """Less of it; least: damping."""
+        """Once less of it; least: of the damping."""
         self.damping = max(LIMITS.damping_falls * self.damping, least)
         self.room = min(1.0, self.room / LIMITS.room_falls)
 
@@ -301,7 +301,8 @@ def settled(
     """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more.
 
     last: no longer window follows, and the fit is not only to be compared; to_beat: chi^2 above which the fit is of no
-    use; left_chi2: predicted fall at which it ends, also where a step brought what the whole one promised but for that.
+    use; left_chi2: predicted fall at which it ends, also where a step brought all but so much of what the whole one
+    promised (in the last window only a step of about a standard error, since J^T J is that of the place before).
 
     Where trials had to be damped more before one led down, the next step keeps that damping, since the valley bends as
     much there; where the first one leads down, the next step is damped less.  The same holds for the room that
@@ -324,7 +325,8 @@ def settled(
         near = normal.total < LIMITS.near_chi2_per_dof * sum(counts)
         widest = layout.most_step if near else np.full(layout.size, np.inf)
         # A step that is held back says nothing of what is left.
-        while not caution.none and normal.step(caution.damping, caution.room * widest)[1] < left_chi2:
+        fewest = max(left_chi2, chance_chi2)
+        while not caution.none and normal.step(caution.damping, caution.room * widest)[1] < fewest:
             caution.eased(first_damping)
         freely = caution.none
         reached, promised, at_once = _led_down(valley, here, normal, widest, caution, (left_chi2, chance_chi2), pool)
@@ -333,13 +335,12 @@ def settled(
         values, fall, here = reached.values, here.total - reached.total, reached
         small = max(fall, LIMITS.good_fall * promised) < left_chi2
         told = not at_once or freely  # a larger step was tried
-        # The matrix is that of the place before: what is stated of a fit comes from no step of many standard errors.
         kept = (not last or fall < chance_chi2) and abs(normal.whole_fall() - fall) < left_chi2
         if (small and told) or kept:
             break
         if at_once and (small or fall > LIMITS.good_fall * promised):
             caution.eased(LIMITS.least_damping_share * first_damping)
-        if told and reached.total - left * fall > to_beat:
+        if told and caution.room == 1.0 and reached.total - left * fall > to_beat:
             break
         del normal  # before the next one, which is as large
     assert here is not None

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.findings.rotor_parting import parting
+from platform_daemon.diagnosis.findings.rotor_parting import PLANS, parting
 from platform_daemon.diagnosis.rigid_body.defects import (
     LATERAL_DISPLACEMENT,
     STATOR_TILT,
@@ -114,3 +114,19 @@ def test_measurements_that_would_part_two_errors_are_weighed_by_their_rotors(poo
     assert found["on_its_side"].separates == ("stator_tilt", "lateral_displacement")
     itself = parting(named(tilt, tilt), pool)
     assert max(p.expected_sigma for p in itself) < 0.1
+
+
+def test_a_plan_that_no_step_follows_is_left_out_and_the_others_are_not(pool, monkeypatch):
+    """The field that turns the thread's rotor over: of what its rival would do there nothing is known."""
+    fits = {f.defect: f for f in ranked(shot_with({"stator_tilt_rad": 0.01}), pool)}
+    rotor = named(fits["stator_tilt_rad"], fits["lateral_displacement_m"])
+    before = {p.measurement.key: p.expected_sigma for p in parting(rotor, pool)}
+    plan = PLANS["second_amplitude"]
+    monkeypatch.setitem(PLANS, "second_amplitude", lambda shot: _much_stronger(plan(shot)))
+    after = {p.measurement.key: p.expected_sigma for p in parting(rotor, pool)}
+    assert set(before) - set(after) == {"second_amplitude"}
+    assert after["on_its_side"] == before["on_its_side"]
+
+
+def _much_stronger(shot):
+    return replace(shot, drive=replace(shot.drive, field_t=(2.4e-2, 0.0, 0.0)))

@@ -51,10 +51,12 @@ def test_what_the_data_do_not_tell_moves_little_on_the_way_back_to_the_floor():
         normal = valley.linearised(off, pool)
         step, _ = normal.step(1e-9, layout.most_step)
         found = valley.trial(off, step, 1.0, normal, pool)
+        with_less_room = valley.trial(off, step, 0.1, normal, pool)
     moved = np.log(found.values[0].creep_spin_rad_per_s / truth.creep_spin_rad_per_s)
     assert step[layout.place("creep_spin_rad_per_s")] == 0.5  # as far as one step may
     assert 0.5 <= moved < 0.8  # without a bound on returns: 3
     assert found.total < normal.total - 500.0
+    assert 0.5 <= np.log(with_less_room.values[0].creep_spin_rad_per_s / truth.creep_spin_rad_per_s) < 0.55
 
 
 def test_only_a_component_that_the_data_know_better_than_its_bound_is_held_short():
