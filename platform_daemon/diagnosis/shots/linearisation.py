@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -21,6 +22,7 @@ from .friction_course import ProcessNoise, course_of
 from .shot import PreparedShot
 
 _LIMITS = THRESHOLDS.shots
+_KEEPING = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -221,10 +223,16 @@ def basis_at(prepared: PreparedShot, model: RingDownModel, state: FitState, obse
         if len(model.coefficients) > _LIMITS.kept_coefficients:
             return found
         found.flags.writeable = False
-        while len(prepared.bases) >= _LIMITS.kept_bases:
-            prepared.bases.pop(next(iter(prepared.bases)), None)
-        prepared.bases[key] = found
+        keep(prepared.bases, key, found)
     return found
+
+
+def keep(bases: dict[tuple[object, ...], Array], key: tuple[object, ...], found: Array) -> None:
+    """Add to a cache of bases in the place of the oldest one; fits of many threads share it."""
+    with _KEEPING:
+        while len(bases) >= _LIMITS.kept_bases:
+            del bases[next(iter(bases))]
+        bases[key] = found
 
 
 def _basis(prepared: PreparedShot, model: RingDownModel, state: FitState, observable: int) -> Array:
