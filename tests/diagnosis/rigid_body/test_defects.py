@@ -116,17 +116,18 @@ def test_measurements_that_would_part_two_errors_are_weighed_by_their_rotors(poo
     assert max(p.expected_sigma for p in itself) < 0.1
 
 
-def test_a_plan_that_no_step_follows_is_left_out_and_the_others_are_not(pool, monkeypatch):
-    """The field that turns the thread's rotor over: of what its rival would do there nothing is known."""
+def test_a_plan_to_which_no_step_follows_is_left_out_and_the_others_are_not(pool, monkeypatch):
+    """A field far above the threshold, where steps that lead away from the named rotor promised 900 sigma."""
     fits = {f.defect: f for f in ranked(shot_with({"stator_tilt_rad": 0.01}), pool)}
     rotor = named(fits["stator_tilt_rad"], fits["lateral_displacement_m"])
     before = {p.measurement.key: p.expected_sigma for p in parting(rotor, pool)}
-    plan = PLANS["second_amplitude"]
-    monkeypatch.setitem(PLANS, "second_amplitude", lambda shot: _much_stronger(plan(shot)))
+
+    def strong(shot):
+        return replace(shot, drive=replace(shot.drive, field_t=(3e-3, 0.0, 0.0)))
+
+    planned = strong(rotor.fit.shots[0])
+    planned.rotor(rotor.fit.values[0]).dm_dt(SAMPLES, RATE_HZ)  # the named rotor is followed there
+    monkeypatch.setitem(PLANS, "second_amplitude", strong)
     after = {p.measurement.key: p.expected_sigma for p in parting(rotor, pool)}
     assert set(before) - set(after) == {"second_amplitude"}
     assert after["on_its_side"] == before["on_its_side"]
-
-
-def _much_stronger(shot):
-    return replace(shot, drive=replace(shot.drive, field_t=(2.4e-2, 0.0, 0.0)))
