@@ -14,6 +14,7 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 Coordinate = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
 Position = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)]
 Vector = Annotated[tuple[Finite, Finite, Finite], Field(strict=False)]
+SmallAngle = Annotated[float, Field(ge=0, le=0.1, allow_inf_nan=False)]
 Tilt = Annotated[float, Field(ge=-0.6, le=0.6, allow_inf_nan=False)]
 Length = Annotated[float, Field(ge=-1e-2, le=1e-2, allow_inf_nan=False)]
 DOWN = (0.0, 0.0, -9.81)  # m/s^2, world axes
@@ -83,9 +84,18 @@ class RotorModel(_Section):
     gravity_m_per_s2: Vector = Field(
         default=DOWN, description="Acceleration of gravity in world axes, m/s^2; rigid_body only."
     )
-    orientation_scatter_rad: Annotated[float, Field(ge=0, le=0.1, allow_inf_nan=False)] = Field(
-        default=0.0,
-        description="Standard deviation, per axis, by which the resonator is turned in every shot, rad.",
+    orientation_scatter_rad: SmallAngle | Annotated[tuple[SmallAngle, SmallAngle, SmallAngle], Field(strict=False)] = (
+        Field(
+            default=0.0,
+            description="Standard deviation by which the resonator is turned in every shot, rad: about each of u, v "
+            "and w, or three values.",
+        )
+    )
+    f_nat_scatter_hz: Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)] = Field(
+        default=0.0, description="Standard deviation of the natural frequency from shot to shot, Hz."
+    )
+    lambda_scatter: Annotated[float, Field(ge=0, le=0.3, allow_inf_nan=False)] = Field(
+        default=0.0, description="Standard deviation of the viscous damping from shot to shot, as a share of it."
     )
     undeclared: Annotated[tuple[dict[str, bool | int | float | str], ...], Field(strict=False)] = Field(
         default=(),

@@ -26,6 +26,7 @@ from .torques import (
     BiasTorque,
     CoulombFriction,
     FrequencyDrift,
+    FrequencyFluctuation,
     FrictionFluctuation,
     HertzFriction,
     QuadraticDrag,
@@ -45,6 +46,7 @@ AnyEffect = (
     | TorsionStiffness
     | BiasTorque
     | FrequencyDrift
+    | FrequencyFluctuation
     | MemoryRelaxation
     | MemoryBristle
     | MemoryAmplitude

@@ -90,6 +90,16 @@ class BiasTorque(Effect):
     id: Literal["bias_torque"]
 
 
+class FrequencyFluctuation(Effect):
+    """f_nat has `strength` x more than its mean; x is a random process, new in every shot, as of a friction that
+    fluctuates."""
+
+    UNIT = "Hz"
+    id: Literal["frequency_fluctuation"]
+    strength: Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]
+    tau_s: Annotated[float, Field(ge=0.01, le=100, allow_inf_nan=False)]
+
+
 class FrequencyDrift(Effect):
     """f_nat drifts from the first RX sample on at the rate `strength`.
 

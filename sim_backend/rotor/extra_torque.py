@@ -21,6 +21,7 @@ from sim_backend.hidden_effects.torques import (
     BiasTorque,
     CoulombFriction,
     FrequencyDrift,
+    FrequencyFluctuation,
     FrictionFluctuation,
     HertzFriction,
     QuadraticDrag,
@@ -45,20 +46,23 @@ AMPLITUDE, AMPLITUDE_RATE = 24, 25  # k w^2, 1/tau
 GAP, GAP_OMEGA, GAP_DAMPING = 26, 27, 28  # s, W, 2 g
 MODE, MODE_OMEGA, MODE_DAMPING, MODE_ORDER = 29, 30, 31, 32  # c w^2, W, 2 g
 FLUCTUATION, WAVES = 33, 34  # s; then angular frequency, rad/s, and phase, rad, of each wave
-SLOTS = WAVES + 2 * FLUCTUATION_WAVES
+WAVES_END = WAVES + 2 * FLUCTUATION_WAVES
+UNSTEADY, UNSTEADY_WAVES = WAVES_END, WAVES_END + 1  # of omega_nat: rad/s; then as of friction
+SLOTS = UNSTEADY_WAVES + 2 * FLUCTUATION_WAVES
 
 
 def fill(
     q: NDArray[np.float64],
     effects: HiddenEffects,
     drift_from_s: float | None,
-    waves: NDArray[np.float64] | None = None,
+    waves: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] = (None, None),
     now_s: float = 0.0,
 ) -> None:
     """Enter all effects into a parameter array (SLOTS,) that contains the declared torques, in place.
 
     drift_from_s: start of the drift of f_nat on the time axis of the field, s; None: no drift.  waves: of the friction
-    in this shot, see `Rotor`, None: it does not fluctuate; now_s: time zero of the field on their time axis, s.
+    and of f_nat in this shot, see `Rotor`, None: it does not fluctuate; now_s: time zero of the field on their time
+    axis, s.
     Raises ConfigError for Stribeck's law and a fluctuation without dry friction, and for an unstable second mode.
     """
     q[HERTZ] += strength(effects, HertzFriction)
@@ -70,10 +74,9 @@ def fill(
         _check_friction(q, "for Stribeck's law to change", "stribeck_friction")
     if fluctuation := first(effects, FrictionFluctuation):
         _check_friction(q, "that could fluctuate", "friction_fluctuation")
-        if waves is not None:
+        if waves[0] is not None:
             q[FLUCTUATION] = fluctuation.strength
-            q[WAVES::2] = waves[:, 0]
-            q[WAVES + 1 :: 2] = waves[:, 1] + waves[:, 0] * now_s
+            q[WAVES:WAVES_END] = _at(waves[0], now_s)
     q[ANGLE_DAMPING] = 2 * strength(effects, AngleDependentDamping)
     q[ANHARMONICITY] = strength(effects, RestoringAnharmonicity)
     q[TORSION] = strength(effects, TorsionStiffness)
@@ -82,9 +85,17 @@ def fill(
         q[DRIFT] = 2 * pi * drift.strength
         q[DRIFT_FROM] = drift_from_s
         q[DRIFT_TAU] = drift.tau_s or 0.0
-    q[SMOOTH] = float(np.any(q[[ANGLE_DAMPING, ANHARMONICITY, TORSION, BIAS, DRIFT]]))
+    if (unsteady := first(effects, FrequencyFluctuation)) and waves[1] is not None:
+        q[UNSTEADY] = 2 * pi * unsteady.strength
+        q[UNSTEADY_WAVES:] = _at(waves[1], now_s)
+    q[SMOOTH] = float(np.any(q[[ANGLE_DAMPING, ANHARMONICITY, TORSION, BIAS, DRIFT, UNSTEADY]]))
     _fill_internal_states(q, effects)
     q[KINKS] = float(np.any(q[[COULOMB, STRIBECK, DRAG, BRISTLE, FLUCTUATION]]))
+
+
+def _at(waves: NDArray[np.float64], now_s: float) -> NDArray[np.float64]:
+    """Angular frequency and phase at a time of each wave, one after the other."""
+    return np.column_stack([waves[:, 0], waves[:, 1] + waves[:, 0] * now_s]).ravel()
 
 
 def _check_friction(q: NDArray[np.float64], which: str, effect: str) -> None:
@@ -131,14 +142,25 @@ def _fill_internal_states(q: NDArray[np.float64], effects: HiddenEffects) -> Non
 
 
 @kernel
+def _wave_sum(tau: float, q: NDArray[np.float64], place: int) -> float:
+    """Of unit variance over many shots; place: slot of the first wave."""
+    x = 0.0
+    for k in range(FLUCTUATION_WAVES):
+        x += cos(q[place + 2 * k] * tau + q[place + 2 * k + 1])
+    return float(x * (2.0 / FLUCTUATION_WAVES) ** 0.5)
+
+
+@kernel
 def stiffness_change(tau: float, q: NDArray[np.float64]) -> float:
-    """Drift of omega_nat^2 from its value in slot 1, rad^2/s^2."""
+    """What omega_nat^2 has more than its value in slot 1, by drift and fluctuation, rad^2/s^2."""
+    shift = 0.0
     since = tau - q[DRIFT_FROM]
-    if q[DRIFT] == 0.0 or since <= 0.0:
-        return 0.0
-    if q[DRIFT_TAU] > 0.0:
-        since = q[DRIFT_TAU] * (1.0 - exp(-since / q[DRIFT_TAU]))
-    shift = q[DRIFT] * since
+    if q[DRIFT] != 0.0 and since > 0.0:
+        if q[DRIFT_TAU] > 0.0:
+            since = q[DRIFT_TAU] * (1.0 - exp(-since / q[DRIFT_TAU]))
+        shift = q[DRIFT] * since
+    if q[UNSTEADY] != 0.0:
+        shift += q[UNSTEADY] * _wave_sum(tau, q, UNSTEADY_WAVES)
     return float(shift * (2.0 * np.sqrt(q[OMEGA_SQUARED]) + shift))
 
 
@@ -155,11 +177,8 @@ def smooth(tau: float, phi: float, phi_dot: float, sine: float, cosine: float, q
 @kernel
 def _fluctuation(tau: float, q: NDArray[np.float64]) -> float:
     """Factor on dry friction: lognormal, of mean 1 over many shots."""
-    x = 0.0
-    for k in range(FLUCTUATION_WAVES):
-        x += cos(q[WAVES + 2 * k] * tau + q[WAVES + 2 * k + 1])
     s = q[FLUCTUATION]
-    return exp(s * x * (2.0 / FLUCTUATION_WAVES) ** 0.5 - 0.5 * s * s)
+    return exp(s * _wave_sum(tau, q, WAVES) - 0.5 * s * s)
 
 
 @kernel

@@ -14,7 +14,7 @@ MU_0 = 1.25663706127e-06
 """Vacuum magnetic permeability, V s/(A m), CODATA 2022; `scipy.constants` takes longer to load than a plan to make."""
 
 FLUCTUATION_WAVES = 8
-"""Waves that make up a friction that fluctuates within a shot."""
+"""Waves that make up what fluctuates within a shot."""
 
 UNDECLARED_DAMPING_PER_S = {"thread": 0.2465, "jewel": 0.0978}
 """Viscous damping of a resonator whose file declares none, 1/s: the paper's (tab:model_params_fit_result)."""
@@ -68,7 +68,8 @@ class Rotor:
     with the effective moment; rotation: (3, 3) float64, maps u, v, w to world x, y, z; position_m: (3,) float64; body:
     parameters of the rigid body, None: one degree of freedom; contact: effective radius of a jewel's contact in this
     shot, relative to that of eq:a; friction_waves: angular frequency, rad/s, and phase at the trigger, rad, of the
-    waves that friction fluctuates by in this shot, (FLUCTUATION_WAVES, 2), None: it does not.
+    waves that friction fluctuates by in this shot, (FLUCTUATION_WAVES, 2), None: it does not; frequency_waves: the
+    same of f_nat.
     """
 
     variant: str
@@ -82,6 +83,7 @@ class Rotor:
     body: BodyDesign | None = None
     contact: float = 1.0
     friction_waves: NDArray[np.float64] | None = None
+    frequency_waves: NDArray[np.float64] | None = None
 
     @property
     def omega_rad_per_s(self) -> float:
@@ -89,11 +91,14 @@ class Rotor:
         return 2 * np.pi * self.f_nat_hz
 
     def later(self, seconds: float) -> Rotor:
-        """The rotor with the waves of its friction on a time axis that begins later."""
-        if self.friction_waves is None:
+        """The rotor with the waves of its friction and f_nat on a time axis that begins later."""
+        if self.friction_waves is None and self.frequency_waves is None:
             return self
-        omega, phase = self.friction_waves.T
-        return replace(self, friction_waves=np.column_stack([omega, phase + omega * seconds]))
+        return replace(
+            self,
+            friction_waves=_later(self.friction_waves, seconds),
+            frequency_waves=_later(self.frequency_waves, seconds),
+        )
 
     @property
     def axes(self) -> NDArray[np.float64]:
@@ -104,6 +109,13 @@ class Rotor:
     def b_0_t(self) -> float:
         """Stator field at the rotor that follows from f_nat and m_r, T."""
         return self.inertia_kg_m2 * self.omega_rad_per_s**2 / self.m_r_am2
+
+
+def _later(waves: NDArray[np.float64] | None, seconds: float) -> NDArray[np.float64] | None:
+    if waves is None:
+        return None
+    omega, phase = waves.T
+    return np.column_stack([omega, phase + omega * seconds])
 
 
 def sphere_moment_am2(magnets: Magnets) -> float:

@@ -54,7 +54,7 @@ def parameters(
     if conductance is not None:
         back = rotor.m_r_am2**2 / rotor.inertia_kg_m2 * conductance
         q[BACK_UU], q[BACK_UV], q[BACK_VV] = back[0, 0], back[0, 1], back[1, 1]
-    fill(q, hidden_effects, drift_from_s, rotor.friction_waves, now_s)
+    fill(q, hidden_effects, drift_from_s, (rotor.friction_waves, rotor.frequency_waves), now_s)
     return q
 
 

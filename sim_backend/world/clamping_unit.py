@@ -6,8 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.specimen import Specimen
-from sim_backend.hidden_effects.listing import first
-from sim_backend.hidden_effects.torques import FrictionFluctuation
 from sim_backend.options import SimulatedOptions
 from sim_backend.receive.reference_dipole import Dipole
 from sim_backend.rotor.decay import RotorState, at_rest, decayed
@@ -19,8 +17,8 @@ from .variation import (
     friction_factor,
     rotor_in_shot,
     under_pressure,
-    with_fluctuating_friction,
-    with_orientation_scatter,
+    with_fluctuations,
+    with_scatter,
 )
 
 
@@ -74,9 +72,9 @@ class ClampingUnit:
         worn = self._worn.get(self.specimen.name, 0)
         self._worn[self.specimen.name] = worn + 1
         friction = friction_factor(self._options.effects, rng, worn)
-        turned = with_orientation_scatter(self._rotor, self.specimen.rotor.orientation_scatter_rad, rng)
-        turned = with_fluctuating_friction(turned, first(self._options.hidden_effects, FrictionFluctuation), rng)
-        warm = rotor_in_shot(turned, self._options.effects, deviation_k, friction)
+        rotor = with_scatter(self._rotor, self.specimen.rotor, rng)
+        rotor = with_fluctuations(rotor, self._options.hidden_effects, rng)
+        warm = rotor_in_shot(rotor, self._options.effects, deviation_k, friction)
         self._last = under_pressure(warm, self._options.housing, now_s)
         return self._last
 

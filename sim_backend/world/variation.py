@@ -1,17 +1,20 @@
-"""Variations from shot to shot: temperature, friction, wear, orientation."""
+"""Variations from shot to shot: temperature, friction, wear, orientation, frequency, damping."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sim_backend.hidden_effects.torques import FrictionFluctuation
+from drivers.specimen import RotorModel
+from sim_backend.hidden_effects.listing import HiddenEffects, first
+from sim_backend.hidden_effects.torques import FrequencyFluctuation, FrictionFluctuation
 from sim_backend.options import EffectsOptions, HousingOptions, TemperatureEffect
 from sim_backend.rotor.rotor import FLUCTUATION_WAVES, Rotor, rotation_matrix
 
 GRID_PER_CORRELATION = 50
-_FASTEST_PART = 0.99  # of the spectrum of a friction that fluctuates: no wave is faster than 64 / tau
+_FASTEST_PART = 0.99  # of the spectrum of what fluctuates: no wave is faster than 64 / tau
 
 
 class Temperature:
@@ -87,27 +90,41 @@ def friction_factor(effects: EffectsOptions, rng: np.random.Generator, earlier_s
     return factor
 
 
-def with_fluctuating_friction(rotor: Rotor, effect: FrictionFluctuation | None, rng: np.random.Generator) -> Rotor:
-    """The rotor in one shot with the waves of its friction, None: no fluctuation, and nothing is drawn.
+def with_fluctuations(rotor: Rotor, effects: HiddenEffects, rng: np.random.Generator) -> Rotor:
+    """The rotor in one shot with the waves of its friction and of f_nat; nothing is drawn for what does not fluctuate.
 
     The frequencies are one from each of equal parts of the spectrum of exp(-|t| / tau), a Lorentzian.
     """
-    if effect is None:
-        return rotor
+    friction, frequency = first(effects, FrictionFluctuation), first(effects, FrequencyFluctuation)
+    if friction is not None:
+        rotor = replace(rotor, friction_waves=_waves(friction.tau_s, rng))
+    if frequency is not None:
+        rotor = replace(rotor, frequency_waves=_waves(frequency.tau_s, rng))
+    return rotor
+
+
+def _waves(tau_s: float, rng: np.random.Generator) -> NDArray[np.float64]:
     part = (np.arange(FLUCTUATION_WAVES) + rng.uniform(0.0, 1.0, FLUCTUATION_WAVES)) / FLUCTUATION_WAVES
-    omega = np.tan(0.5 * np.pi * np.minimum(part, _FASTEST_PART)) / effect.tau_s
-    return replace(rotor, friction_waves=np.column_stack([omega, rng.uniform(0.0, 2 * np.pi, FLUCTUATION_WAVES)]))
+    omega = np.tan(0.5 * np.pi * np.minimum(part, _FASTEST_PART)) / tau_s
+    return np.column_stack([omega, rng.uniform(0.0, 2 * np.pi, FLUCTUATION_WAVES)])
 
 
-def with_orientation_scatter(rotor: Rotor, sd_rad: float, rng: np.random.Generator) -> Rotor:
-    """The rotor in one shot, rotated by small normal angles of standard deviation sd_rad about each axis.
+def with_scatter(rotor: Rotor, scatter: RotorModel, rng: np.random.Generator) -> Rotor:
+    """The rotor in one shot, turned, and with another f_nat and lambda, by the normal scatter that its file declares.
 
-    The paper measured this for the jewel: its orientation differs by 0.08 to 0.13 deg from a reference shot on average,
-    more than ten times as much as the thread's (tab:model_params_fit_result).
+    The paper measured such a scatter of its resonators (tab:model_params_fit_result): the jewel's orientation differs
+    by 0.08 to 0.13 deg from a reference shot on average, more than ten times as much as the thread's.  Nothing is drawn
+    for what does not scatter.
     """
-    if sd_rad == 0.0:
-        return rotor
-    return replace(rotor, rotation=rotor.rotation @ rotation_matrix(rng.normal(0.0, sd_rad, 3)))
+    turns_rad = np.broadcast_to(scatter.orientation_scatter_rad, 3)
+    if np.any(turns_rad):
+        rotor = replace(rotor, rotation=rotor.rotation @ rotation_matrix(rng.normal(0.0, turns_rad)))
+    if scatter.f_nat_scatter_hz:
+        rotor = replace(rotor, f_nat_hz=rotor.f_nat_hz + rng.normal(0.0, scatter.f_nat_scatter_hz))
+    if scatter.lambda_scatter:
+        factor = max(0.0, rng.normal(1.0, scatter.lambda_scatter))
+        rotor = replace(rotor, lambda_per_s=rotor.lambda_per_s * factor)
+    return rotor
 
 
 def rotor_in_shot(rotor: Rotor, effects: EffectsOptions, deviation_k: float, friction: float) -> Rotor:

@@ -49,6 +49,10 @@ id = "frequency_drift"
 strength = 0.1
 tau_s = 0.5
 [[undeclared]]
+id = "frequency_fluctuation"
+strength = 0.2
+tau_s = 0.1
+[[undeclared]]
 id = "memory_relaxation"
 strength = 1e-3
 tau_s = 0.01

@@ -1,12 +1,18 @@
 import numpy as np
 import pytest
 
-from sim_backend.hidden_effects.torques import FrictionFluctuation
+from sim_backend.hidden_effects.torques import FrequencyFluctuation, FrictionFluctuation
 from sim_backend.options import EffectsOptions
 from sim_backend.rotor.rigid_body.acceleration import HERTZ, MU
 from sim_backend.rotor.rigid_body.parameters import body_parameters
 from sim_backend.rotor.rotor import FLUCTUATION_WAVES, effective
-from sim_backend.world.variation import Temperature, friction_factor, rotor_in_shot, with_fluctuating_friction
+from sim_backend.world.variation import (
+    Temperature,
+    friction_factor,
+    rotor_in_shot,
+    with_fluctuations,
+    with_scatter,
+)
 from tests.kit.simulated_bench import Bench, options, specimen
 
 
@@ -70,12 +76,56 @@ def test_friction_scatters_lognormally_with_mean_one():
 def test_friction_fluctuates_with_its_correlation_time_and_unit_variance():
     effect = FrictionFluctuation(id="friction_fluctuation", strength=0.3, tau_s=0.2)
     rng, rotor = np.random.default_rng(10), effective(specimen("jewel"))
-    drawn = np.stack([with_fluctuating_friction(rotor, effect, rng).friction_waves for _ in range(4000)])
+    drawn = np.stack([with_fluctuations(rotor, (effect,), rng).friction_waves for _ in range(4000)])
     omega, phase = drawn[:, :, 0], drawn[:, :, 1]
     now, then = (np.sqrt(2 / FLUCTUATION_WAVES) * np.cos(omega * t + phase).sum(axis=1) for t in (0.3, 0.5))
     assert [now.mean(), now.std()] == pytest.approx([0.0, 1.0], abs=0.05)
     assert np.mean(now * then) == pytest.approx(np.exp(-1), abs=0.05)
-    assert with_fluctuating_friction(rotor, None, rng) is rotor
+    assert with_fluctuations(rotor, (), rng) is rotor
+
+
+def test_friction_and_frequency_fluctuate_by_waves_of_their_own():
+    both = (
+        FrictionFluctuation(id="friction_fluctuation", strength=0.3, tau_s=0.2),
+        FrequencyFluctuation(id="frequency_fluctuation", strength=0.2, tau_s=0.1),
+    )
+    rotor = with_fluctuations(effective(specimen("jewel")), both, np.random.default_rng(10))
+    alone = with_fluctuations(effective(specimen("jewel")), both[:1], np.random.default_rng(10))
+    assert np.array_equal(rotor.friction_waves, alone.friction_waves)
+    assert alone.frequency_waves is None
+    assert np.all(rotor.frequency_waves != rotor.friction_waves)
+
+
+def test_frequency_damping_and_orientation_scatter_as_the_file_of_the_resonator_says():
+    declared = specimen("thread").rotor.model_copy(
+        update={
+            "f_nat_scatter_hz": 0.1,
+            "lambda_scatter": 0.004,
+            "orientation_scatter_rad": (1e-4, 2e-4, 14e-4),
+        }
+    )
+    rng, rotor = np.random.default_rng(11), effective(specimen("thread"))
+    shots = [with_scatter(rotor, declared, rng) for _ in range(4000)]
+    assert np.std([shot.f_nat_hz for shot in shots]) == pytest.approx(0.1, rel=0.05)
+    assert np.mean([shot.f_nat_hz for shot in shots]) == pytest.approx(rotor.f_nat_hz, abs=0.006)
+    assert np.std([shot.lambda_per_s for shot in shots]) == pytest.approx(0.004 * rotor.lambda_per_s, rel=0.05)
+    turns = np.stack([rotor.rotation.T @ shot.rotation for shot in shots])
+    about = np.array([turns[:, 2, 1], turns[:, 0, 2], turns[:, 1, 0]])
+    assert about.std(axis=1) == pytest.approx([1e-4, 2e-4, 14e-4], rel=0.05)
+
+
+def test_one_value_of_the_orientations_scatter_holds_for_each_axis():
+    declared = specimen("thread").rotor.model_copy(update={"orientation_scatter_rad": 5e-4})
+    rng, rotor = np.random.default_rng(12), effective(specimen("thread"))
+    turns = np.stack([rotor.rotation.T @ with_scatter(rotor, declared, rng).rotation for _ in range(4000)])
+    about = np.array([turns[:, 2, 1], turns[:, 0, 2], turns[:, 1, 0]])
+    assert about.std(axis=1) == pytest.approx([5e-4] * 3, rel=0.05)
+
+
+def test_nothing_is_drawn_for_a_resonator_that_does_not_scatter():
+    rng, rotor = np.random.default_rng(13), effective(specimen("thread"))
+    assert with_scatter(rotor, specimen("thread").rotor, rng) is rotor
+    assert rng.random() == np.random.default_rng(13).random()
 
 
 def test_friction_creeps_up_with_wear():
