@@ -1,4 +1,4 @@
-"""Diagnoses of shots whose friction fluctuates along each ring-down, and the effects beside it."""
+"""Diagnoses of shots whose friction or frequency fluctuates along each ring-down, and the effects beside it."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryE
 from .diagnosis_result import Diagnosis
 from .effect_search import candidates_for
 from .effects.effect import Candidate, Detail
-from .effects.fluctuation import FRICTION_FLUCTUATION
+from .effects.fluctuation import FREQUENCY_FLUCTUATION
 from .findings.accepted_effects import AcceptedEffect
 from .findings.ambiguity import ambiguity_of
 from .findings.moving_parameters import moving_parameters
 from .findings.next_measurements import proposals
 from .findings.notes import undecided
 from .findings.rotor_findings import unsearched
-from .fluctuation.search import FluctuatingFriction, fits_at_neighbouring_processes, fluctuating_friction
+from .fluctuation.fluctuating import what_may_fluctuate
+from .fluctuation.search import FoundFluctuation, fits_at_neighbouring_processes, fluctuation_of
 from .fluctuation.window_courses import window_disagreement_of_courses
 from .regression.cross_validation import CrossValidation, cross_validate
 from .regression.joint_fit import JointFit, fit_jointly, starting_point
 from .regression.parameters import means, widened, window_disagreement, with_scales
 from .regression.score_test import ScoreTable, score_table
-from .selection.confounders import confounders, gain_of
+from .selection.confounders import Confounder, confounders, gain_of
 from .selection.sign_constraints import negative_losses
 from .selection.significance import log_chance
-from .shots.friction_course import dry_friction
 from .shots.shot import PreparedShot
+from .shots.torque_course import dry_friction
 from .thresholds import THRESHOLDS
 
 
@@ -48,7 +49,7 @@ def fitted_shots(prepared: Sequence[PreparedShot]) -> list[PreparedShot]:
 
 
 def of_fluctuation(base: JointFit, pool: Executor) -> Diagnosis | None:
-    """The diagnosis of shots whose friction fluctuates, without shots, defects of the data, and time.
+    """The diagnosis of shots in which something fluctuates, without shots, defects of the data, and time.
 
     base: the fit of the declared model.  None: it explains nothing, or all shots have the same course.
     It is tried before other effects, because some of them imitate its course in each shot, and none in all of them.
@@ -56,24 +57,34 @@ def of_fluctuation(base: JointFit, pool: Executor) -> Diagnosis | None:
     if base.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
         return None
     candidates = candidates_for(base)
-    friction = fluctuating_friction(base, candidates, pool)
-    if friction is None:
+    every = (fluctuation_of(base, what, candidates, pool) for what in what_may_fluctuate(base.hypothesis.model))
+    found = sorted((each for each in every if each is not None), key=lambda each: each.cost)
+    if not found:
         return None
     try:
-        return _told(base, friction, candidates, pool)
+        return _told(base, found[0], found[1:], candidates, pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
 
 
-def _told(base: JointFit, friction: FluctuatingFriction, candidates: Sequence[Candidate], pool: Executor) -> Diagnosis:
-    """What there is beside the fluctuation, and what it changes.  Raises LostTrajectoryError."""
-    final = friction.joint_fit
+def _told(
+    base: JointFit,
+    found: FoundFluctuation,
+    others: Sequence[FoundFluctuation],
+    candidates: Sequence[Candidate],
+    pool: Executor,
+) -> Diagnosis:
+    """What there is beside the fluctuation, and what it changes; others: that leave noise, too.
+
+    Raises LostTrajectoryError.
+    """
+    final = found.joint_fit
     torques = {c.effect for c in final.hypothesis.torques}
     keys = {c.key for c in final.hypothesis.effects}
     table = score_table(final, [c for c in candidates if c.effect not in torques and c.key not in keys], pool)
     before, after = cross_validate(base, pool), cross_validate(final, pool)
-    named = (_fluctuation(friction, before, after), *_effects_beside(table, after, float(len(candidates)), pool))
-    neighbours = [(means(moved), times) for moved, times in fits_at_neighbouring_processes(friction, pool)]
+    named = (_fluctuation(found, others, before, after), *_effects_beside(table, after, float(len(candidates)), pool))
+    neighbours = [(means(moved), times) for moved, times in fits_at_neighbouring_processes(found, pool)]
     exact, alike = with_scales(means(final), neighbours), [r for n in named for r in n.confounders]
     spanned = widened(exact, [(means(r.joint_fit), r.rise) for r in alike if r.joint_fit is not None])
     doubts = _doubts(final, named, after)
@@ -96,8 +107,8 @@ def _told(base: JointFit, friction: FluctuatingFriction, candidates: Sequence[Ca
         sigma_after=window_disagreement_of_courses(final, pool),
         torque=None,
         moving=moving_parameters(base, pool),
-        next_measurements=tuple(proposals([ambiguity_of(n, final, pool) for n in named if n.confounders], 0.0)),
-        notes=(*_notes(friction, named), *undecided(exact, spanned), *doubts),
+        next_measurements=tuple(proposals([ambiguity_of(n, final, pool) for n in named[1:] if n.confounders], 0.0)),
+        notes=(*_notes(found, named), *undecided(exact, spanned), *doubts),
         seconds=0.0,
     )
 
@@ -114,22 +125,37 @@ def _doubts(final: JointFit, named: Sequence[AcceptedEffect], after: CrossValida
     doubts += [
         f"{n.candidate.effect.id} gains in the fit but not on held-out data"
         for n in named
-        if n.candidate.effect is not FRICTION_FLUCTUATION and n.held_out_gain <= 0.0
+        if n in named[1:] and n.held_out_gain <= 0.0
     ]
     return doubts
 
 
-def _fluctuation(friction: FluctuatingFriction, before: CrossValidation, after: CrossValidation) -> AcceptedEffect:
-    process, likeliest = friction.likeliest.process, friction.likeliest
+def _fluctuation(
+    found: FoundFluctuation, others: Sequence[FoundFluctuation], before: CrossValidation, after: CrossValidation
+) -> AcceptedEffect:
+    process, likeliest = found.likeliest.process, found.likeliest
+    alike = [
+        Confounder(
+            candidate=_candidate(other),
+            rise=other.cost - found.cost,
+            gain=2.0 * likeliest.log_likelihood,
+            joint_fit=other.joint_fit,
+        )
+        for other in others
+    ]
     return AcceptedEffect(
-        candidate=Candidate(FRICTION_FLUCTUATION, Detail(tau_s=process.tau_s)),
-        strength=process.share,
-        std=process.share * likeliest.log_share_std,
+        candidate=_candidate(found),
+        strength=process.size,
+        std=process.size * likeliest.log_size_std,
         log_p=log_chance(2.0 * likeliest.log_likelihood, 2),
         held_out_gain=-after.worse_by(before),
-        confounders=(),
-        log_scale_std=likeliest.log_tau_std if friction.tau_is_determined else math.inf,
+        confounders=tuple(each for each in alike if each.indistinguishable),
+        log_scale_std=likeliest.log_tau_std if found.tau_is_determined else math.inf,
     )
+
+
+def _candidate(found: FoundFluctuation) -> Candidate:
+    return Candidate(found.what.effect, Detail(tau_s=found.likeliest.process.tau_s))
 
 
 def _effects_beside(table: ScoreTable, after: CrossValidation, trials: float, pool: Executor) -> list[AcceptedEffect]:
@@ -161,17 +187,20 @@ def _held_out_gain(at: JointFit, effect: Candidate, after: CrossValidation, pool
         return math.inf
 
 
-def _notes(friction: FluctuatingFriction, named: tuple[AcceptedEffect, ...]) -> list[str]:
-    likeliest, count = friction.likeliest, len(friction.joint_fit.prepared)
+def _notes(found: FoundFluctuation, named: tuple[AcceptedEffect, ...]) -> list[str]:
+    likeliest, count = found.likeliest, len(found.joint_fit.prepared)
     process = likeliest.process
+    what, size = "friction", f"{100.0 * process.size:.3g} %"
+    if found.what.effect is FREQUENCY_FLUCTUATION:
+        what, size = "natural frequency", f"{process.size:.3g} Hz"
     within = "not determined: the data tell the square of the size over it"
-    if friction.tau_is_determined:
+    if found.tau_is_determined:
         within = f"within a factor {math.exp(likeliest.log_tau_std):.2g}"
     lines = [
-        f"the friction fluctuates by {100.0 * process.share:.3g} % within a ring-down, with a correlation time of "
+        f"the {what} fluctuates by {size} within a ring-down, with a correlation time of "
         f"{process.tau_s:.2g} s ({within}); its course is "
         f"another one in each of the {count} shots, as no law of angle, speed or time is",
-        "what the friction does in the next shot cannot be predicted: errors of all parameters, and of the prediction, "
+        f"what the {what} does in the next shot cannot be predicted: errors of all parameters, and of the prediction, "
         "count it as noise",
     ]
     return lines + list(dict.fromkeys(n.candidate.effect.absorbed for n in named if n.candidate.effect.absorbed))

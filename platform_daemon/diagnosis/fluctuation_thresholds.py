@@ -1,4 +1,4 @@
-"""Tuned numbers of a friction that fluctuates along the ring-down, as thresholds.py explains them."""
+"""Tuned numbers of what fluctuates along the ring-down, as thresholds.py explains them."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Fluctuation:
-    """When a friction is sought that fluctuates, and when it is one."""
+    """When a friction or a frequency is sought that fluctuates, and when it is one."""
 
     most_shots: int = 12  # whose courses are fitted: 12 of 2 s take 1.9 GB, 32 of them 3.2 GB [cost]
     knots: int = 80  # of a course, along the window [cost]
     first_knots: int = 24  # of the linear test before the courses are fitted [cost]
-    first_share: float = 0.2  # standard deviation over the mean friction where a search begins [unset]
+    first_size: float = 0.2  # standard deviation over the mean friction, or in Hz, where a search begins [unset]
     first_tau_share: float = 0.07  # correlation time over the window, likewise [unset]
-    least_share: float = 1e-3  # of the standard deviation that is sought [cost]
-    largest_share: float = 1.0  # beyond, the friction would be negative for a sixth of the time [physics]
+    least_size: float = 1e-3  # of the standard deviation that is sought [cost]
+    largest_size: float = 1.0  # in Hz, too; beyond, the friction would be negative for a sixth of the time [physics]
     seen_square: float = 1e-6  # of a direction of the noise, below which a formula for it loses digits [digits]
     most_steps: int = 20  # of a course's fit [cost]
     settled_chi2: float = 0.3  # fall of chi^2 over the excess at which it ends [unset]

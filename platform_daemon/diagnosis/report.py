@@ -33,8 +33,8 @@ from platform_daemon.diagnosis.report_schema import (
 )
 from platform_daemon.diagnosis.selection.significance import chance
 from platform_daemon.diagnosis.selection.stepwise import CandidateTest
-from platform_daemon.diagnosis.shots.friction_course import course_of
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
+from platform_daemon.diagnosis.shots.torque_course import course_of
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 
 

@@ -39,9 +39,10 @@ class RigidBody:
     creep_m_per_s: float = 2e-3
     creep_spin_rad_per_s: float = 5.0  # rad/s of spin, likewise [unset]
     # of a jewel's contact: its friction falls below a slip as s / sqrt(s^2 + c^2), as s / (s + c), or as the first at
-    # each point of the disc; slip and spin share that of one disc, or have their own [physics]
+    # each point of the disc; slip and spin share that of one disc, by Pade or exactly, or have their own [physics]
     contact_laws: tuple[ContactLaw, ...] = (
         ContactLaw(0.0, 1.0), ContactLaw(1.0, 1.0), ContactLaw(0.0, 0.0), ContactLaw(2.0, 1.0),
+        ContactLaw(3.0, 1.0),
     )  # fmt: skip
     damping_axis_to_thread: float = 0.5  # between the rotor's own axis and the thread's, at the start [unset]
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]

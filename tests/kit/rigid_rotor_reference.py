@@ -7,6 +7,7 @@ rounding; the kinetic energy's second ones are central differences.  Integrated 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -21,10 +22,28 @@ def joined(slow, spun, bends):
     return np.hypot(slow, spun) * (1 + share * (1 - share) * np.polynomial.polynomial.polyval(share, bends))
 
 
+@cache
+def disc():
+    """Places (x, y), (n,) each, in radii, and weights (n,) of Hertz's pressure on a disc."""
+    nodes, widths = np.polynomial.legendre.leggauss(160)
+    depth, turn = (nodes + 1) / 2, 2 * np.pi * np.arange(720) / 720
+    weight = np.repeat(3 * depth**2 * widths / 2 / turn.size, turn.size)
+    radius = np.sqrt(1 - depth**2)
+    return np.outer(radius, np.cos(turn)).ravel(), np.outer(radius, np.sin(turn)).ravel(), weight
+
+
+def disc_friction(k):
+    """Coulomb's force over mu N and torque over mu N a of a disc that slips k times as fast as its edge spins."""
+    x, y, weight = disc()
+    along, across = k - y, x
+    speed = np.hypot(along, across)
+    return weight @ (along / speed), weight @ ((x * across - y * along) / speed)
+
+
 @dataclass(frozen=True)
 class Reference:
-    """SI; vectors in u, v, w.  friction: mu, m/N^(1/3), slowest slip m/s, slowest spin rad/s, law of creep, 0, 1
-    or 2, and coupling; None: frictionless.  damping: about the main axis, of the centre, about the other
+    """SI; vectors in u, v, w.  friction: mu, m/N^(1/3), slowest slip m/s, slowest spin rad/s, law of creep, 0 to
+    3, and coupling; None: frictionless.  damping: about the main axis, of the centre, about the other
     axes, 1/s, and the share of the thread's direction in the main axis; None: none.
 
     field: amplitude T and angular frequency rad/s of a sine along it.
@@ -100,6 +119,11 @@ class Reference:
             stuck = 15 * np.pi / 16 * square**1.5 / (square + slowest_slip**2)
             force = -mu * load * slip / joined(square**0.5, 8 * a * spin / (3 * np.pi), (0.0640, -0.0424, 0.1118))
             torque = 3 * np.pi / 16 * a**2 * mu * load * spin / joined(stuck, a * spin, (0.1360, -0.0990, 0.2132))
+            return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
+        if law == 3:  # Coulomb's at each point of the disc
+            slid, edge = np.hypot(size, slowest_slip), a * np.hypot(spin, slowest_spin)
+            push, twist = disc_friction(slid / edge)
+            force, torque = -mu * load * push * slip / slid, mu * load * a**2 * twist * spin / edge
             return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
         force = -mu * load * slip / (creeping + coupling * 8 * a * turn / (3 * np.pi))
         torque = 3 * np.pi / 16 * a * mu * load * spin / (turn + coupling * 15 * np.pi / 16 * size / a)

@@ -1,1 +1,1 @@
-"""A dry friction that fluctuates along each ring-down: its courses, their statistics, and effects beside it."""
+"""A friction or a frequency that fluctuates along each ring-down: courses, their statistics, and effects beside it."""

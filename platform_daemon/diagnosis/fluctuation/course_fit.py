@@ -1,4 +1,4 @@
-"""The likeliest course of the friction of one shot.
+"""The likeliest course of a torque of one shot.
 
 With the strengths of all effects held, Gauss-Newton minimises |r(theta, x)|^2 + c |L^-1 x|^2 over the shot's own
 parameters theta and the knots x of the course: r is the residual in units of the noise, L L^T the covariance of x by
@@ -18,9 +18,9 @@ from platform_daemon.diagnosis.effects.effect import Candidate
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.information import inverse, solved
 from platform_daemon.diagnosis.regression.linearised_shot import orthonormal
-from platform_daemon.diagnosis.shots.friction_course import CourseState
 from platform_daemon.diagnosis.shots.linearisation import linearise_signal
 from platform_daemon.diagnosis.shots.shot import PreparedShot
+from platform_daemon.diagnosis.shots.torque_course import CourseState
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
@@ -32,7 +32,7 @@ _LIMITS = THRESHOLDS.fluctuation
 
 @dataclass(frozen=True, kw_only=True)
 class CourseFit:
-    """A shot with the course of its friction.
+    """A shot with the course of a torque.
 
     Attributes:
         state: of the declared model, with the course.
@@ -65,8 +65,8 @@ class CourseFit:
         found[np.ix_(self.free, self.free)] = inverse(matrix)[:count, :count]
         return found
 
-    def information(self, friction: float) -> CourseInformation:
-        """What the shot tells about its course, its own parameters eliminated; friction: mean, rad/s^2.
+    def information(self, unit: float) -> CourseInformation:
+        """What the shot tells about its course, its own parameters eliminated; unit: of a size of 1, rad/s^2.
 
         It is about a course of 0, to first order from the one that was found.
         """
@@ -76,7 +76,7 @@ class CourseFit:
         knots = self.knots - q @ (q.T @ self.knots)
         return CourseInformation(
             time_s=self.state.course.time_s,
-            friction=friction,
+            unit=unit,
             information=knots.T @ knots,
             gradient=knots.T @ (at_zero - q @ (q.T @ at_zero)),
         )

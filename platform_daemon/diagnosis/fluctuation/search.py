@@ -1,6 +1,6 @@
-"""Does the friction fluctuate along each ring-down, and which effects are there beside it?
+"""Does friction or frequency fluctuate along each ring-down, and which effects are there beside it?
 
-1. Courses of the friction are fitted while every receiver effect may have a size of its own in every shot, so that the
+1. Its courses are fitted while every receiver effect may have a size of its own in every shot, so that the
    courses need not stand in for an effect of the receiver.
 2. Beside these courses the effects are chosen that all shots have in common, by linear steps.
 3. Courses and strengths are fitted in turn, each time with the likeliest random process.
@@ -27,9 +27,9 @@ from platform_daemon.diagnosis.regression.linearised_shot import LinearisedShot,
 from platform_daemon.diagnosis.regression.score_test import CandidateBlock, ScoreResult, score_table
 from platform_daemon.diagnosis.selection.confounders import gain_of
 from platform_daemon.diagnosis.selection.significance import LEVEL, log_chance
-from platform_daemon.diagnosis.shots.friction_course import CourseState, FrictionCourse, dry_friction
 from platform_daemon.diagnosis.shots.linearisation import linearise_signal
 from platform_daemon.diagnosis.shots.shot import PreparedShot
+from platform_daemon.diagnosis.shots.torque_course import CourseState, TorqueCourse
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
@@ -37,24 +37,29 @@ from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryE
 
 from .course_fit import CourseFit, fit_course, linearise_course
 from .first_look import differs_from_shot_to_shot
-from .process import CourseInformation, FrictionProcess, LikeliestProcess, likeliest_process
+from .fluctuating import Fluctuating
+from .process import CourseInformation, CourseProcess, LikeliestProcess, likeliest_process
 
 _LIMITS = THRESHOLDS.fluctuation
 
 
 @dataclass(frozen=True, kw_only=True)
-class FluctuatingFriction:
-    """A friction that fluctuates.
+class FoundFluctuation:
+    """A friction or a frequency that fluctuates.
 
     Attributes:
+        what: of these two.
         likeliest: its random process.
-        friction: mean over the shots, rad/s^2.
+        unit: what a size of 1 stands for, rad/s^2.
         joint_fit: of all shots with their courses, and with the effects that they have in common.
+        cost: -2 log of the likelihood, but for what is the same whatever fluctuates.
     """
 
+    what: Fluctuating
     likeliest: LikeliestProcess
-    friction: float
+    unit: float
     joint_fit: JointFit
+    cost: float
 
     @property
     def tau_is_determined(self) -> bool:
@@ -64,24 +69,22 @@ class FluctuatingFriction:
         return near and self.likeliest.log_tau_std < 1.0
 
 
-def fluctuating_friction(base: JointFit, candidates: Sequence[Candidate], pool: Executor) -> FluctuatingFriction | None:
-    """A friction whose fluctuation leaves noise only, beside effects that all shots share; None if there is none.
+def fluctuation_of(
+    base: JointFit, what: Fluctuating, candidates: Sequence[Candidate], pool: Executor
+) -> FoundFluctuation | None:
+    """A fluctuation that leaves noise only, beside effects that all shots share; None if there is none.
 
     base: the fit of the declared model; candidates: torque and receiver effects.
     """
-    name = dry_friction(base.hypothesis.model)
-    if name is None or len(base.prepared) < 2:
-        return None
-    place = [c.name for c in base.hypothesis.model.coefficients].index(name)
-    if not differs_from_shot_to_shot(base, place, pool):
+    if len(base.prepared) < 2 or not differs_from_shot_to_shot(base, what, pool):
         return None
     try:
-        return _found(base, place, candidates, pool)
+        return _found(base, what, candidates, pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
 
 
-def fits_at_neighbouring_processes(found: FluctuatingFriction, pool: Executor) -> Iterator[tuple[JointFit, float]]:
+def fits_at_neighbouring_processes(found: FoundFluctuation, pool: Executor) -> Iterator[tuple[JointFit, float]]:
     """The joint fit with its process moved along each axis of its errors, and how many such moves a standard deviation
     has; nothing along an axis on which there is no such fit."""
     at = found.joint_fit
@@ -89,25 +92,27 @@ def fits_at_neighbouring_processes(found: FluctuatingFriction, pool: Executor) -
         states = []
         for s in at.states:
             assert isinstance(s, CourseState)
-            root = process.root(s.course.time_s, found.friction)
+            root = process.root(s.course.time_s, found.unit)
             states.append(replace(s, course=replace(s.course, root=root)))
         with suppress(LostTrajectoryError, np.linalg.LinAlgError):
             yield fit_jointly(at.prepared, at.hypothesis, pool, states, at.strengths), times
 
 
-def _found(base: JointFit, place: int, candidates: Sequence[Candidate], pool: Executor) -> FluctuatingFriction | None:
-    fits = _first_courses(base, place, _apart(base, candidates), pool)
+def _found(
+    base: JointFit, what: Fluctuating, candidates: Sequence[Candidate], pool: Executor
+) -> FoundFluctuation | None:
+    fits = _first_courses(base, what, _apart(base, candidates), pool)
     if not _is_noise(base, fits):
         return None
-    likeliest, friction, _ = _process(fits, place, _first_process(base))
-    states = _with_process(fits, likeliest.process, friction)
+    likeliest, unit, information = _process(fits, what, _first_process(base))
+    states = _with_process(fits, likeliest.process, unit)
     hypothesis, strengths = _common_effects(base, states, candidates, pool)
     for _ in range(_LIMITS.most_passes):
         at = fit_jointly(base.prepared, hypothesis, pool, states, strengths)
         strengths, before = at.strengths, likeliest
         fits = _linearised(at, pool)
-        likeliest, friction, information = _process(fits, place, before.process)
-        states = _with_process(fits, likeliest.process, friction)
+        likeliest, unit, information = _process(fits, what, before.process)
+        states = _with_process(fits, likeliest.process, unit)
         if likeliest.process.near(before.process):
             break
     at = fit_jointly(base.prepared, hypothesis, pool, states, strengths)  # with the process of the last turn
@@ -115,7 +120,8 @@ def _found(base: JointFit, place: int, candidates: Sequence[Candidate], pool: Ex
     noise = at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
     if not noise or not likeliest.sure or _may_be_law(likeliest, information):
         return None
-    return FluctuatingFriction(likeliest=likeliest, friction=friction, joint_fit=at)
+    cost = at.chi2 + sum(each.log_determinant(likeliest.process) for each in information)
+    return FoundFluctuation(what=what, likeliest=likeliest, unit=unit, joint_fit=at, cost=cost)
 
 
 def _may_be_law(likeliest: LikeliestProcess, information: Sequence[CourseInformation]) -> bool:
@@ -140,19 +146,19 @@ def _still_sure(at: JointFit, trials: float, pool: Executor) -> JointFit:
     return at
 
 
-def _first_process(base: JointFit) -> FrictionProcess:
+def _first_process(base: JointFit) -> CourseProcess:
     """Where the search for the likeliest one begins."""
     longest_s = max(float(p.time_s[-1]) for p in base.prepared)
-    return FrictionProcess(share=_LIMITS.first_share, tau_s=_LIMITS.first_tau_share * longest_s)
+    return CourseProcess(size=_LIMITS.first_size, tau_s=_LIMITS.first_tau_share * longest_s)
 
 
-def _first_courses(base: JointFit, place: int, beside: Sequence[Candidate], pool: Executor) -> list[CourseFit]:
+def _first_courses(base: JointFit, what: Fluctuating, beside: Sequence[Candidate], pool: Executor) -> list[CourseFit]:
     """Courses of all shots, each with receiver effects of its own.  Raises LostTrajectoryError."""
     longest_s, knots = max(float(p.time_s[-1]) for p in base.prepared), _LIMITS.knots
     step_s = longest_s / (knots - 1)
     times: Array = step_s * np.arange(knots, dtype=np.float64)
-    root = _first_process(base).root(times, _mean_friction(base.states, place))
-    nothing = FrictionCourse.none_of(base.hypothesis.model, step_s, root)
+    root = _first_process(base).root(times, what.unit(base.states))
+    nothing = TorqueCourse.none_of(base.hypothesis.model, step_s, root, what.law)
 
     def one(shot: PreparedShot, state: FitState) -> CourseFit:
         begin = CourseState(state.dynamics, state.observation, state.offsets, nothing)
@@ -172,23 +178,18 @@ def _linearised(at: JointFit, pool: Executor) -> list[CourseFit]:
 
 
 def _process(
-    fits: Sequence[CourseFit], place: int, start: FrictionProcess
+    fits: Sequence[CourseFit], what: Fluctuating, start: CourseProcess
 ) -> tuple[LikeliestProcess, float, list[CourseInformation]]:
-    """The likeliest process, the mean friction in rad/s^2, and what each shot tells."""
-    friction = _mean_friction([f.state for f in fits], place)
-    information = [f.information(friction) for f in fits]
-    return likeliest_process(information, start), friction, information
+    """The likeliest process, what a size of 1 stands for in rad/s^2, and what each shot tells."""
+    unit = what.unit([f.state for f in fits])
+    information = [f.information(unit) for f in fits]
+    return likeliest_process(information, start), unit, information
 
 
-def _with_process(fits: Sequence[CourseFit], process: FrictionProcess, friction: float) -> list[CourseState]:
+def _with_process(fits: Sequence[CourseFit], process: CourseProcess, unit: float) -> list[CourseState]:
     """States whose courses obey a process."""
-    root = process.root(fits[0].state.course.time_s, friction)
+    root = process.root(fits[0].state.course.time_s, unit)
     return [replace(f.state, course=replace(f.state.course, root=root)) for f in fits]
-
-
-def _mean_friction(states: Sequence[FitState], place: int) -> float:
-    """Over the shots, rad/s^2; its size, where a poor fit has it negative."""
-    return abs(float(np.mean([s.dynamics.values[place] for s in states])))
 
 
 def _is_noise(base: JointFit, fits: Sequence[CourseFit]) -> bool:

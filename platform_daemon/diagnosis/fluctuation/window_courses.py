@@ -1,4 +1,4 @@
-"""Does N50 agree with D30 once each window has a course of the friction of its own?"""
+"""Does N50 agree with D30 once each window has a course of its own?"""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 import numpy as np
 
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
-from platform_daemon.diagnosis.shots.friction_course import CourseState
+from platform_daemon.diagnosis.shots.torque_course import CourseState
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.numerics.arrays import Array

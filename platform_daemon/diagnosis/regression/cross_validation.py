@@ -16,8 +16,8 @@ import numpy as np
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from platform_daemon.diagnosis.shots.friction_course import ProcessNoise
 from platform_daemon.diagnosis.shots.shot import PreparedShot
+from platform_daemon.diagnosis.shots.torque_course import ProcessNoise
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
-from platform_daemon.diagnosis.shots.friction_course import course_of
 from platform_daemon.diagnosis.shots.linearisation import Linearisation, linearise_signal
 from platform_daemon.diagnosis.shots.shot import PreparedShot
+from platform_daemon.diagnosis.shots.torque_course import course_of
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.diagnosis.shots.friction_course import course_of
 from platform_daemon.diagnosis.shots.linearisation import Linearisation, basis_at
 from platform_daemon.diagnosis.shots.shot import PreparedShot, SampleGrid, whitening_for
+from platform_daemon.diagnosis.shots.torque_course import course_of
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
 

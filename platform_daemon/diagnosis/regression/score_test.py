@@ -16,9 +16,9 @@ from scipy.stats import chi2 as chi2_distribution
 
 from platform_daemon.diagnosis.effects.effect import Candidate
 from platform_daemon.diagnosis.effects.torque import SPRINGS
-from platform_daemon.diagnosis.shots.friction_course import course_of
 from platform_daemon.diagnosis.shots.linearisation import Linearisation, linearise_signal
 from platform_daemon.diagnosis.shots.shot import PreparedShot
+from platform_daemon.diagnosis.shots.torque_course import course_of
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
 

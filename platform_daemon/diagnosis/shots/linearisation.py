@@ -18,8 +18,8 @@ from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, Trajectory
 
-from .friction_course import ProcessNoise, course_of
 from .shot import PreparedShot
+from .torque_course import ProcessNoise, course_of
 
 _LIMITS = THRESHOLDS.shots
 _KEEPING = threading.Lock()

@@ -24,6 +24,7 @@ from .shot import RotorShot, linearised
 from .valley import RotorFitError, Valley, settled
 
 LIMITS = THRESHOLDS.rigid_rotor
+CREEP = "creep_m_per_s"
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +140,7 @@ def fit_rotor(
         stages.append(Stage(window_s, tuple(values), sum(chi2) + layout.prior(values, first)[2]))
         if beside is not None:
             _still_alike(stages[-1], beside)
+    matrix = _without_noise(shots, layout, values, first, window_s, matrix, pool)
     found = _stated(shots, layout, values, matrix, chi2, dof, window_s, defect, first)
     return replace(found, stages=tuple(stages), known_chi2=layout.prior(values, first)[2], whole=whole)
 
@@ -170,11 +172,38 @@ def expected_fit(
 
     Raises RotorFitError: there is no such rotor, or the shot does not determine it.
     """
-    values = [shot.values]
+    values = [_quiet(shot, shot.values)]
     layout = Layout.of([shot], () if defect is None else (defect,), held)
     normal = Valley([shot], layout, values, window_s).linearised(values, pool)
     left = float(normal.counts[0] - layout.size)
     return _stated([shot], layout, values, normal.matrix, [left], [left], window_s, defect, values)
+
+
+def _without_noise(
+    shots: Sequence[RotorShot],
+    layout: Layout,
+    values: Sequence[RotorValues],
+    first: Sequence[RotorValues],
+    window_s: float,
+    matrix: Array,
+    pool: Executor,
+) -> Array:
+    """J^T J with what was known beforehand, from which errors are stated: not as it is, where a contact sticks.
+
+    The motion of a contact that creeps only below a tiny slip is followed to 1e-9 and not better, and in J^T J the
+    noise of its differences counts as knowledge: errors came out ten times too small.  A contact that creeps enough
+    tells as much of everything but its creep, whose error `_stated` widens to the difference.
+    """
+    quiet = [_quiet(s, v) for s, v in zip(shots, values, strict=True)]
+    if all(a is b for a, b in zip(quiet, values, strict=True)):
+        return matrix
+    return Valley(shots, layout, first, window_s).linearised(quiet, pool).matrix
+
+
+def _quiet(shot: RotorShot, values: RotorValues) -> RotorValues:
+    """The values with a contact that creeps enough for differences without noise."""
+    least = shot.rotor(values).least_quiet_creep_m_per_s
+    return values if values.creep_m_per_s >= least else values.with_numbers({CREEP: least})
 
 
 def _stated(
@@ -196,6 +225,10 @@ def _stated(
     wider = math.sqrt(max(1.0, sum(chi2) / sum(dof)))
     covariance = np.asarray(wider**2 * covariance, dtype=np.float64)
     std = np.sqrt(np.abs(np.diag(covariance)))
+    for shot, v, free, places in zip(shots, values, layout.free, layout.places, strict=True):
+        for p, k in zip(free, places, strict=True):
+            if p.name == CREEP:
+                std[k] = max(std[k], p.apart(v.creep_m_per_s, _quiet(shot, v).creep_m_per_s))
     return RotorFit(
         shots=tuple(shots),
         values=tuple(values),
@@ -234,7 +267,8 @@ def with_errors_of_held(fit: RotorFit, names: Sequence[str], covariance: Array, 
     for shot, values, places in zip(fit.shots, fit.values, fit.places, strict=True):
         known = {p.name: p for p in free_parameters(shot.geometry, DEFECTS, shot.start)}
         try:
-            found = linearised(shot, values, [known[name] for name in (*places, *names)], fit.window_s, pool)
+            free = [known[name] for name in (*places, *names)]
+            found = linearised(shot, _quiet(shot, values), free, fit.window_s, pool)
         except (NoRestError, LostRotorError) as error:
             raise RotorFitError(str(error)) from None
         cross[list(places.values())] += found.matrix[: len(places), len(places) :]

@@ -90,7 +90,9 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: S
     common = [
         FreeParameter(name="lambda_per_s", step=LIMITS.step_per_s, sd=LIMITS.damping_sd_per_s, common=True),
         *(
-            FreeParameter(name=name, step=LIMITS.step_ln, sd=LIMITS.side_damping_sd_ln, common=True, logarithmic=True)
+            FreeParameter(
+                name=name, step=LIMITS.step_weak_ln, sd=LIMITS.side_damping_sd_ln, common=True, logarithmic=True
+            )
             for name in ("side_damping_per_s", "lean_damping_per_s")
         ),
     ]
@@ -112,8 +114,11 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: S
         own.append(FreeParameter(name="tf_over_i_rad_per_s2", step=LIMITS.step_friction_rad_per_s2))
         # Friction differs from shot to shot by its contact or by its coefficient: neither is common to all.
         own.append(FreeParameter(name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd))
-        for name, sd in (("creep_m_per_s", LIMITS.creep_sd_ln), ("creep_spin_rad_per_s", LIMITS.creep_spin_sd_ln)):
-            common.append(FreeParameter(name=name, step=LIMITS.step_ln, sd=sd, common=True, logarithmic=True))
+        for name, step, sd in (
+            ("creep_m_per_s", LIMITS.step_ln, LIMITS.creep_sd_ln),
+            ("creep_spin_rad_per_s", LIMITS.step_weak_ln, LIMITS.creep_spin_sd_ln),
+        ):
+            common.append(FreeParameter(name=name, step=step, sd=sd, common=True, logarithmic=True))
     return (*own, *common)
 
 

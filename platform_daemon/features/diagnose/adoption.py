@@ -38,6 +38,8 @@ _NOT_A_MODEL = {
     "cubic_nonlinearity": "calibrate the scale of the angle, correct the samples and diagnose again",
     "kick": "keep the stand from being touched; a kick belongs to one recording only",
     "friction_fluctuation": "clean the contact, or average over more shots: errors of their means contain its scatter",
+    "frequency_fluctuation": "hold the contact in its place, or average over more shots: errors of their means contain "
+    "its scatter",
     "clock_gap": "repair the data acquisition; samples that are missing belong to no model",
 }
 

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.fluctuation.process import CourseInformation, FrictionProcess, likeliest_process
-from platform_daemon.diagnosis.shots.friction_course import CourseState, FrictionCourse, ProcessNoise
+from platform_daemon.diagnosis.fluctuation.process import CourseInformation, CourseProcess, likeliest_process
+from platform_daemon.diagnosis.shots.torque_course import CourseState, ProcessNoise, TorqueCourse, friction_law
 from platform_daemon.estimation.physics.models import JEWEL, model_named
 from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.estimation.physics.torques.torque_course import CONSTANT, HERTZ
 from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
 from platform_daemon.estimation.physics.trajectory.direct import MotionParameters, Trajectory
 
@@ -63,7 +64,7 @@ def informations(process, shots, seed, *, common=False):
         found.append(
             CourseInformation(
                 time_s=TIMES,
-                friction=FRICTION,
+                unit=FRICTION,
                 information=precision * np.eye(TIMES.size),
                 gradient=precision * seen,
             )
@@ -71,22 +72,22 @@ def informations(process, shots, seed, *, common=False):
     return found
 
 
-@pytest.mark.parametrize("truth", [FrictionProcess(share=0.2, tau_s=0.1), FrictionProcess(share=0.1, tau_s=0.3)])
+@pytest.mark.parametrize("truth", [CourseProcess(size=0.2, tau_s=0.1), CourseProcess(size=0.1, tau_s=0.3)])
 def test_size_and_correlation_time_come_out_within_their_errors(truth):
-    found = likeliest_process(informations(truth, 12, 8), FrictionProcess(share=0.15, tau_s=0.15))
-    assert abs(np.log(found.process.share / truth.share)) < 3.0 * found.log_share_std
+    found = likeliest_process(informations(truth, 12, 8), CourseProcess(size=0.15, tau_s=0.15))
+    assert abs(np.log(found.process.size / truth.size)) < 3.0 * found.log_size_std
     assert abs(np.log(found.process.tau_s / truth.tau_s)) < 3.0 * found.log_tau_std
-    assert found.log_share_std < 0.3
+    assert found.log_size_std < 0.3
     assert found.sure
 
 
 def test_neighbours_lie_a_standard_deviation_away_along_both_axes_of_the_errors():
     found = likeliest_process(
-        informations(FrictionProcess(share=0.2, tau_s=0.1), 12, 8), FrictionProcess(share=0.15, tau_s=0.15)
+        informations(CourseProcess(size=0.2, tau_s=0.1), 12, 8), CourseProcess(size=0.15, tau_s=0.15)
     )
     moves = []
     for process, times in found.neighbours():
-        moved = np.log([process.share / found.process.share, process.tau_s / found.process.tau_s])
+        moved = np.log([process.size / found.process.size, process.tau_s / found.process.tau_s])
         moves.append(times * moved)
     assert np.sum([np.outer(m, m) for m in moves], axis=0) == pytest.approx(found.log_covariance)
     unknown = replace(found, log_covariance=np.diag([0.01, 9.0]))
@@ -94,23 +95,23 @@ def test_neighbours_lie_a_standard_deviation_away_along_both_axes_of_the_errors(
 
 
 def test_noise_alone_is_no_fluctuation():
-    nothing = informations(FrictionProcess(share=1e-9, tau_s=0.1), 6, 2)
-    assert not likeliest_process(nothing, FrictionProcess(share=0.1, tau_s=0.1)).sure
+    nothing = informations(CourseProcess(size=1e-9, tau_s=0.1), 6, 2)
+    assert not likeliest_process(nothing, CourseProcess(size=0.1, tau_s=0.1)).sure
 
 
 @pytest.mark.parametrize("common", [False, True])
 def test_one_course_for_all_shots_is_likelier_only_where_it_is_one(common):
-    shots = informations(FrictionProcess(share=0.2, tau_s=0.2), 4, 5, common=common)
-    start = FrictionProcess(share=0.1, tau_s=0.1)
+    shots = informations(CourseProcess(size=0.2, tau_s=0.2), 4, 5, common=common)
+    start = CourseProcess(size=0.1, tau_s=0.1)
     apart = likeliest_process(shots, start).log_likelihood
     alike = likeliest_process([CourseInformation.of_one_course(shots)], start).log_likelihood
     assert (alike > apart) is common
 
 
 def test_the_course_keeps_the_law_of_the_declared_model_beside_other_frictions():
-    course = FrictionCourse.none_of(JEWEL, 0.02, np.eye(5))
-    assert course.hertz
-    assert not FrictionCourse.none_of(model_named("jewel_constant_friction"), 0.02, np.eye(5)).hertz
+    course = TorqueCourse.none_of(JEWEL, 0.02, np.eye(5), friction_law(JEWEL))
+    assert course.law == HERTZ
+    assert friction_law(model_named("jewel_constant_friction")) == CONSTANT
     wider = JEWEL.with_terms("jewel+coulomb_friction", TERMS["coulomb_friction"])
     motion = MotionParameters(w=1340.0, theta=0.0, amplitude=0.9, values=(0.1, 1300.0, 0.0))
     state = CourseState(motion, None, np.zeros(3), replace(course, values=np.full(5, 100.0)))

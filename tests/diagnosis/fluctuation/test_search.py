@@ -1,11 +1,12 @@
-"""A friction that fluctuates in the simulated world, from the shots to its name."""
+"""What fluctuates in the simulated world, from the shots to its name."""
 
 import pytest
 
 from platform_daemon.diagnosis.diagnose import diagnose_shots
 from platform_daemon.diagnosis.effect_search import candidates_for, declared_fit
 from platform_daemon.diagnosis.fluctuation.first_look import differs_from_shot_to_shot
-from platform_daemon.diagnosis.fluctuation.search import fluctuating_friction
+from platform_daemon.diagnosis.fluctuation.fluctuating import what_may_fluctuate
+from platform_daemon.diagnosis.fluctuation.search import fluctuation_of
 from platform_daemon.diagnosis.fluctuation_diagnosis import fitted_shots
 from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
@@ -14,6 +15,8 @@ from platform_daemon.estimation.physics.models import JEWEL
 from tests.kit.undeclared_shots import shots_with
 
 FLUCTUATION = {"id": "friction_fluctuation", "strength": 0.2, "tau_s": 0.1}
+WANDERING = {"id": "frequency_fluctuation", "strength": 0.17, "tau_s": 0.12}
+FRICTION, FREQUENCY = what_may_fluctuate(JEWEL)
 GAIN = {"id": "channel_gain", "strength": -0.034, "axis": "y"}
 
 
@@ -28,13 +31,15 @@ def test_courses_are_found_beside_an_effect_of_the_receiver(wounded):
     with shot_pool() as pool:
         prepared, _ = initial_fits(shots, JEWEL, pool)
         base = declared_fit(prepared, JEWEL, pool)
-        found = fluctuating_friction(base, candidates_for(base), pool)
+        found = fluctuation_of(base, FRICTION, candidates_for(base), pool)
+        other = fluctuation_of(base, FREQUENCY, candidates_for(base), pool)
     assert base.chi2_per_dof > 100.0
     assert found is not None
+    assert other is None or other.cost > found.cost + 100.0
     (gain,) = found.joint_fit.hypothesis.effects
     assert gain.effect.id == "channel_gain"
     assert found.joint_fit.chi2_per_dof == pytest.approx(1.0, abs=0.05)
-    assert found.likeliest.process.share == pytest.approx(0.2, rel=3.0 * found.likeliest.log_share_std)
+    assert found.likeliest.process.size == pytest.approx(0.2, rel=3.0 * found.likeliest.log_size_std)
     for state, truth in zip(found.joint_fit.states, truths, strict=True):
         # The gain of y is told from one of x by nothing, so that the moment is that of either.
         assert state.observation.m_r == pytest.approx(truth["m_r_am2"], rel=0.04)
@@ -50,7 +55,8 @@ def test_a_law_that_all_shots_have_in_common_is_no_fluctuation(effect):
     with shot_pool() as pool:
         prepared, _ = initial_fits(shots, JEWEL, pool)
         base = declared_fit(prepared, JEWEL, pool)
-        assert not differs_from_shot_to_shot(base, 1, pool)
+        assert not differs_from_shot_to_shot(base, FRICTION, pool)
+        assert not differs_from_shot_to_shot(base, FREQUENCY, pool)
 
 
 @pytest.mark.long
@@ -75,10 +81,30 @@ def test_the_report_names_it_and_both_windows_agree_afterwards():
 
 
 @pytest.mark.long
+def test_a_frequency_that_fluctuates_is_told_from_a_friction():
+    shots, truths = shots_with("jewel", [WANDERING, GAIN], 2)
+    report = diagnosis_report(diagnose_shots(shots, JEWEL))
+    assert report.verdict == "explained"
+    assert [e.id for e in report.effects] == ["frequency_fluctuation", "channel_gain"]
+    assert report.effects[0].indistinguishable_from == []
+    size = report.effects[0].strength
+    assert size.unit == "Hz"
+    assert size.value == pytest.approx(0.17, abs=3.0 * size.std)
+    assert 0.04 < report.effects[0].detail.tau_s < 0.4
+    assert report.held_out.chi2_per_dof_after < 1.3
+    after = report.parameters_after
+    for name in ("f_nat_hz", "lambda_per_s", "tf_over_i_rad_per_s2"):
+        truth = sum(t[name] for t in truths) / len(truths)
+        assert after[name].value == pytest.approx(truth, abs=3.0 * after[name].std)
+        assert report.n50_d30[name].after_sigma < 4.0
+    assert any("the natural frequency fluctuates" in note for note in report.notes)
+
+
+@pytest.mark.long
 def test_stribeck_friction_keeps_its_name():
     shots, _ = shots_with("jewel", [{"id": "stribeck_friction", "strength": 0.3, "v_s_rad_per_s": 100.0}], 3)
     report = diagnosis_report(diagnose_shots(shots, JEWEL))
-    assert "friction_fluctuation" not in [e.id for e in report.effects]
+    assert not {"friction_fluctuation", "frequency_fluctuation"} & {e.id for e in report.effects}
 
 
 def test_of_a_long_series_the_courses_of_twelve_shots_are_fitted():

@@ -48,6 +48,11 @@ SPIN_LEVER = 3.0 * math.pi / 16.0  # eq:tf
 SLIP_BY_SPIN, SPIN_BY_SLIP = 8.0 / (3.0 * math.pi), 15.0 * math.pi / 16.0  # Zhuravlev's coefficients
 SLIDES_0, SLIDES_1, SLIDES_2 = THRESHOLDS.rigid_rotor.slides_bent
 TURNS_0, TURNS_1, TURNS_2 = THRESHOLDS.rigid_rotor.turns_bent
+# Of a disc that slips as fast as its edge spins: force less mu N, and torque over mu N a, and what makes their slopes.
+FORCE_ALIKE, TORQUE_ALIKE = 0.75 / SLIP_BY_SPIN - 1.0, 0.375 * SPIN_LEVER
+FORCE_SLOPE, TORQUE_SLOPE = FORCE_ALIKE + 0.125 / SLIP_BY_SPIN, 0.5 * TORQUE_ALIKE - 0.25 * SPIN_LEVER
+FORCE_4, FORCE_5, FORCE_6, FORCE_7, FORCE_8, FORCE_9 = THRESHOLDS.rigid_rotor.slipping_force
+TORQUE_4, TORQUE_5, TORQUE_6, TORQUE_7, TORQUE_8, TORQUE_9 = THRESHOLDS.rigid_rotor.slipping_torque
 SLOWEST_SPIN = THRESHOLDS.rigid_rotor.slowest_spin_rad_per_s
 NOTHING = 1e-300  # keeps what a contact without friction divides by from being 0
 ROOT_ROUNDS = 4  # of Halley's method: from a load eight times off to the last digit
@@ -123,19 +128,47 @@ def contact_radius(lanes, lane, load):  # type: ignore[no-untyped-def]
 
 
 @lane_part
+def laws_shares(law):  # type: ignore[no-untyped-def]
+    """1 for the law of a contact that there is, and 0 for the others: 1, 2 and 3; all are 0 for the law 0."""
+    on_disc = max(law - 2.0, 0.0)
+    at_points = max(law - 1.0, 0.0) - 2.0 * on_disc
+    return law - 2.0 * at_points - 3.0 * on_disc, at_points, on_disc
+
+
+@lane_part
+def slipping_disc(k):  # type: ignore[no-untyped-def]
+    """Force over mu N, and torque over 3 pi/16 mu N a, of a disc under Hertz's pressure with Coulomb's friction.
+
+    k: slip over the speed of the edge by the spin.  The friction is the derivative of one potential, the integral of
+    pressure times speed over the disc: up to k = 1, where a point of the disc is at rest, polynomials, beyond closed
+    forms with arcsin(1/k), of which these are approximations that lanes can do.
+    """
+    slow = min(k, 1.0)
+    square = slow * slow
+    spins = slow / SLIP_BY_SPIN * (1.0 - 0.25 * square), 1.0 - square + 0.375 * square * square
+    share = 1.0 / max(k, 1.0)
+    y = share * share
+    x = math.sqrt(1.0 - y)
+    force = FORCE_4 + x * (FORCE_5 + x * (FORCE_6 + x * (FORCE_7 + x * (FORCE_8 + x * FORCE_9))))
+    force = 1.0 + y * (FORCE_ALIKE + x * x * (FORCE_SLOPE + x * x * force))
+    torque = TORQUE_4 + x * (TORQUE_5 + x * (TORQUE_6 + x * (TORQUE_7 + x * (TORQUE_8 + x * TORQUE_9))))
+    torque = share * (TORQUE_ALIKE + x * x * (TORQUE_SLOPE + x * x * torque))
+    return spins[0] if k < 1.0 else force, spins[1] if k < 1.0 else torque / SPIN_LEVER
+
+
+@lane_part
 def _friction(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-def]
     """Friction force per slip, N s/m, and torque per spin, N m s, of the contact under a load, N.
 
     Where each point of the disc creeps as v / sqrt(v^2 + c^2), the exact limits of slip alone, of spin alone and of a
     slow spin beside a slip, beta q / (1 + c^2 / q^2) with q^2 = slip^2 + c^2, are joined by the root of their squares.
     Alone, each is good to 1e-3; where slip and spin are alike, the force is up to 14 % too small, the torque 20 %.
+    Where only the whole disc creeps, its friction is exact.
     """
     radius = contact_radius(lanes, lane, load)
     most = at(lanes, PARAMETER + FRICTION, lane) * max(load, 0.0)
     creep, creep_spin = at(lanes, PARAMETER + CREEP, lane), at(lanes, PARAMETER + CREEP_SPIN, lane)
-    law = at(lanes, PARAMETER + CREEP_LAW, lane)
-    at_points = max(law - 1.0, 0.0)
-    sums = law - 2.0 * at_points
+    sums, at_points, on_disc = laws_shares(at(lanes, PARAMETER + CREEP_LAW, lane))
     rest = SLOWEST_SPIN * SLOWEST_SPIN
     bare = math.sqrt(spin * spin + rest)
     turning = (1.0 - sums) * math.sqrt(spin * spin + creep_spin * creep_spin + rest) + sums * (bare + creep_spin)
@@ -145,14 +178,19 @@ def _friction(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-def]
     square = slip * slip + creep * creep + NOTHING
     whirled, pressed_on = slowed * spin, radius * spin
     stuck = beside * square * math.sqrt(square) / (square + creep * creep)
-    slides = (1.0 - at_points) * (creeping + slowed * turning)
+    jointly = 1.0 - at_points - on_disc
+    slides = jointly * (creeping + slowed * turning)
     share = whirled * whirled / (square + whirled * whirled)
     bent = 1.0 + share * (1.0 - share) * (SLIDES_0 + share * (SLIDES_1 + share * SLIDES_2))
     slides += at_points * bent * math.sqrt(square + whirled * whirled)
-    turns = (1.0 - at_points) * (radius * turning + beside * slip)
+    turns = jointly * (radius * turning + beside * slip)
     share = pressed_on * pressed_on / (pressed_on * pressed_on + stuck * stuck + NOTHING)
     bent = 1.0 + share * (1.0 - share) * (TURNS_0 + share * (TURNS_1 + share * TURNS_2))
     turns += at_points * bent * math.sqrt(pressed_on * pressed_on + stuck * stuck)
+    edge = radius * math.sqrt(spin * spin + creep_spin * creep_spin + rest) + NOTHING
+    force, torque = slipping_disc(math.sqrt(square) / edge)
+    slides += on_disc * math.sqrt(square) / force
+    turns += on_disc * edge / torque
     return most / (slides + NOTHING), SPIN_LEVER * radius * radius * most / (turns + NOTHING)
 
 

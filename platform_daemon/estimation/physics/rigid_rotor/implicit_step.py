@@ -40,12 +40,25 @@ from .equations import (
     STATES,
     at,
     contact_radius,
+    laws_shares,
     rates,
+    slipping_disc,
     three,
 )
 
 STATE_SIZE = STATES * LANES
 ORDER = THRESHOLDS.rigid_rotor.sticking_order
+
+
+@lane_part
+def _disc_slopes(k):  # type: ignore[no-untyped-def]
+    """Derivatives by k of what `slipping_disc` gives; beyond k = 1 between those there and in the end."""
+    slow, share = min(k, 1.0), 1.0 / max(k, 1.0)
+    force, torque = (1.0 - 0.75 * slow * slow) / SLIP_BY_SPIN, (1.5 * slow * slow - 2.0) * slow
+    y = share * share
+    beyond = share * y * (0.25 * y / SLIP_BY_SPIN + 0.2 * (1.0 - y))
+    falls = -y * (0.5 * y + 0.2 * (1.0 - y) / SPIN_LEVER)
+    return force if k < 1.0 else beyond, torque if k < 1.0 else falls
 
 
 @lane_part
@@ -58,8 +71,8 @@ def _friction_slopes(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-
     most = at(lanes, PARAMETER + FRICTION, lane) * max(load, 0.0)
     creep, creep_spin = at(lanes, PARAMETER + CREEP, lane), at(lanes, PARAMETER + CREEP_SPIN, lane)
     law, coupling = at(lanes, PARAMETER + CREEP_LAW, lane), at(lanes, PARAMETER + CONTACT_COUPLING, lane)
-    at_points = max(law - 1.0, 0.0)
-    sums, jointly = law - 2.0 * at_points, 1.0 - at_points
+    sums, at_points, on_disc = laws_shares(law)
+    jointly = 1.0 - at_points - on_disc
     rest = SLOWEST_SPIN * SLOWEST_SPIN
     smooth, bare = math.sqrt(spin * spin + creep_spin * creep_spin + rest), math.sqrt(spin * spin + rest)
     turning = (1.0 - sums) * smooth + sums * (bare + creep_spin)
@@ -74,12 +87,21 @@ def _friction_slopes(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-
     stuck_slope = beside * slip * math.sqrt(square) * (both + 2.0 * creep * creep) / (both * both)
     slides_there = math.sqrt(square + slowed * slowed * spin * spin)  # what bends them by 4 % stays explicit
     turns_there = math.sqrt(radius * radius * spin * spin + stuck * stuck) + NOTHING
-    slides = jointly * (creeping + slowed * turning) + at_points * slides_there + NOTHING
-    turns = jointly * (radius * turning + beside * slip) + at_points * turns_there + NOTHING
+    slid, edge = math.sqrt(square), radius * smooth + NOTHING
+    force, torque = slipping_disc(slid / edge)
+    force_slope, torque_slope = _disc_slopes(slid / edge)
+    by_k = force_slope * slid / (force * force), torque_slope * edge / (torque * torque)
+    k_by_slip, k_by_spin = slip / (slid * edge), -slid * radius * spin / (smooth * edge * edge)
+    slides = jointly * (creeping + slowed * turning) + at_points * slides_there + on_disc * slid / force + NOTHING
+    turns = jointly * (radius * turning + beside * slip) + at_points * turns_there + on_disc * edge / torque + NOTHING
     slides_by_slip = jointly * creeping_slope + at_points * slip / slides_there
+    slides_by_slip += on_disc * (slip / (slid * force) - by_k[0] * k_by_slip)
     slides_by_spin = jointly * slowed * turning_slope + at_points * slowed * slowed * spin / slides_there
+    slides_by_spin -= on_disc * by_k[0] * k_by_spin
     turns_by_spin = jointly * radius * turning_slope + at_points * radius * radius * spin / turns_there
+    turns_by_spin += on_disc * (radius * spin / (smooth * torque) - by_k[1] * k_by_spin)
     turns_by_slip = jointly * beside + at_points * stuck * stuck_slope / turns_there
+    turns_by_slip -= on_disc * by_k[1] * k_by_slip
     by_slip, by_spin = most / slides, SPIN_LEVER * radius * radius * most / turns
     return (
         by_slip,

@@ -43,7 +43,6 @@ from .equations import (
     PULSATION,
     RADIUS,
     SIDE_DAMPING,
-    SLIP_BY_SPIN,
     SLOTS,
     SPIN_LEVER,
     STATES,
@@ -56,7 +55,6 @@ from .motions import motions_beside
 from .swing import accelerations, padded
 
 LIMITS = THRESHOLDS.rigid_rotor
-AT_EACH_POINT = 2.0  # law of creep
 DOWN_M_PER_S2 = (0.0, 0.0, -9.81)  # world axes
 STARTS = (
     "start_angle_rad",
@@ -140,8 +138,9 @@ class RotorValues:
     jewel's contact when it only spins, undeflected; lambda_per_s: damps the turning about the main axis, which is the
     rotor's own or, by a share damping_axis_to_thread, the thread's; side_damping_per_s: damps its centre's motion,
     lean_damping_per_s its turning about the other axes; creep_m_per_s, creep_spin_rad_per_s: slip and spin below
-    which the contact creeps; creep_law: 0, the friction falls there as s / sqrt(s^2 + c^2), 1, as s / (s + c), 2
-    (`AT_EACH_POINT`), as 0 at each point of the disc, whose spin needs no number of its own;
+    which the contact creeps; creep_law: 0, the friction falls there as s / sqrt(s^2 + c^2), 1, as s / (s + c), 2, as 0
+    at each point of the disc, whose spin needs no number of its own, 3, Coulomb's law at each point of the disc, where
+    slip and spin creep as with 0;
     contact_coupling: 1, slip and spin share the friction of one disc, 0, each has its own; tilts and displacement as in
     fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's moment against the thread
     or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes; turn_*_rad: rotation vector by
@@ -238,16 +237,25 @@ class RigidRotor:
     def sticks(self) -> bool:
         """Its contact takes slip back faster than explicit steps can follow cheaply, see `implicit_step`.
 
-        At their limit of stability neighbours also differ by noise.  Where each point creeps by itself, they reach it
-        whenever the contact hardly spins.
+        It does so where it hardly spins, at the turning points, and all the time where the swing is small.
         """
-        g, v = self.geometry, self.values
+        return self.values.creep_m_per_s < self._creep_at(LIMITS.sticking_per_s)
+
+    @property
+    def least_quiet_creep_m_per_s(self) -> float:
+        """Slip from which on its contact has to creep for neighbours to differ by no noise; 0 for a thread.
+
+        Explicit steps make noise where their limit of stability chooses them, implicit ones at each change of sign.
+        """
+        return self._creep_at(LIMITS.quiet_per_s)
+
+    def _creep_at(self, rate_per_s: float) -> float:
+        """Slip below which its contact creeps if it takes slip back at a rate."""
+        g = self.geometry
         if g.bearing != "jewel":
-            return False
+            return 0.0
         lightness = 1.0 / g.mass_kg + g.radius_m**2 / g.inertia_kg_m2
-        spins = LIMITS.sticking_spin * self.omega_rad_per_s if v.creep_law < AT_EACH_POINT else 0.0
-        turning = v.contact_coupling * SLIP_BY_SPIN * self.contact_radius_m * spins
-        return v.friction_coefficient * self._pull_n * lightness > LIMITS.sticking_per_s * (v.creep_m_per_s + turning)
+        return self.values.friction_coefficient * self._pull_n * lightness / rate_per_s
 
     @property
     def _pull_n(self) -> float:

@@ -45,7 +45,6 @@ from .dahl_friction import DAHL_FRICTION
 from .dispatch import TIMED_FROM
 from .frequency_drift import FREQUENCY_DRIFT
 from .frequency_settling import FREQUENCY_SETTLING
-from .friction_course import friction_course
 from .hertz_friction import HERTZ_FRICTION
 from .hertz_friction_under_weight import HERTZ_FRICTION_UNDER_WEIGHT
 from .linear_restoring import LINEAR_RESTORING
@@ -56,6 +55,7 @@ from .quadratic_drag import QUADRATIC_DRAG
 from .restoring_anharmonicity import RESTORING_ANHARMONICITY
 from .stribeck_coulomb_friction import STRIBECK_COULOMB_FRICTION
 from .stribeck_friction import STRIBECK_FRICTION
+from .torque_course import torque_course
 from .torsion_stiffness import TORSION_STIFFNESS
 from .viscous_damping import VISCOUS_DAMPING
 
@@ -88,7 +88,7 @@ OF_OTHER_SIGN_IN_MIRROR = frozenset(t.coefficients[0].name for t in TERMS.values
 
 def is_listed(term: TorqueTerm) -> bool:
     """True for a term that the kernel knows."""
-    return term in TERMS.values() or term in IN_PLACE or term.function is friction_course
+    return term in TERMS.values() or term in IN_PLACE or term.function is torque_course
 
 
 def code_of(term: TorqueTerm) -> int:
@@ -97,7 +97,7 @@ def code_of(term: TorqueTerm) -> int:
     Raises:
         ValueError: the term is not listed.
     """
-    if term.function is friction_course:
+    if term.function is torque_course:
         return TIMED_FROM + len(TIMED)
     if term in SEPARATE or term in IN_PLACE:
         return -address_of(term.function, 4) if term.timed else address_of(term.function, 3)

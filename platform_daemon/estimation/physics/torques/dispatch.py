@@ -18,7 +18,6 @@ from .coulomb_friction import coulomb_friction
 from .cubic_restoring import cubic_restoring
 from .frequency_drift import frequency_drift
 from .frequency_settling import frequency_settling
-from .friction_course import friction_course
 from .hertz_friction import hertz_friction
 from .linear_restoring import linear_restoring
 from .magnetic_restoring import magnetic_restoring
@@ -26,6 +25,7 @@ from .quadratic_drag import quadratic_drag
 from .restoring_anharmonicity import restoring_anharmonicity
 from .stribeck_coulomb_friction import stribeck_coulomb_friction
 from .stribeck_friction import stribeck_friction
+from .torque_course import torque_course
 from .torsion_stiffness import torsion_stiffness
 from .viscous_damping import viscous_damping
 
@@ -100,7 +100,7 @@ def timed_acceleration(phi, v, u, sigma, codes, widths, c, grad):  # type: ignor
             elif codes[k] == TIMED_FROM + 1:
                 f, f_phi, f_v, f_u = frequency_settling(phi, sin_phi, cos_phi, v, u, c, j, grad)
             elif codes[k] == TIMED_FROM + 2:
-                f, f_phi, f_v, f_u = friction_course(phi, sin_phi, cos_phi, v, u, c, j, grad, sigma, widths[k])
+                f, f_phi, f_v, f_u = torque_course(phi, sin_phi, cos_phi, v, u, c, j, grad, sigma, widths[k])
             elif codes[k] < 0:
                 f, f_phi, f_v, f_u = call_timed(-codes[k], phi, sin_phi, cos_phi, v, u, c, j, grad)
             total += f

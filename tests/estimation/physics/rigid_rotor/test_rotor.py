@@ -23,7 +23,7 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import (
 )
 from platform_daemon.estimation.physics.rigid_rotor.swing import accelerations, swings
 from tests.kit.estimated_rotors import true_rotor
-from tests.kit.rigid_rotor_reference import TINY, Reference
+from tests.kit.rigid_rotor_reference import TINY, Reference, disc_friction
 from tests.kit.rigid_rotors import rigid_specimen
 
 RATE_HZ = 61035.15625
@@ -46,6 +46,8 @@ DEFECTS = {"thread": {"stator_tilt_rad": 0.02, "rotor_tilt_rad": -0.02}, "jewel"
         ("jewel", True, 0.001, LOSSES | STICKS),
         ("jewel", True, 0.001, LOSSES | {"creep_law": 2.0, "creep_m_per_s": 3e-3}),
         ("jewel", True, 0.001, LOSSES | {"creep_law": 2.0, "creep_m_per_s": 3e-4}),
+        ("jewel", True, 0.001, LOSSES | {"creep_law": 3.0, "creep_spin_rad_per_s": 20.0}),
+        ("jewel", True, 0.001, LOSSES | {"creep_law": 3.0, "creep_m_per_s": 3e-4}),
     ],
 )
 def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds, losses):
@@ -189,3 +191,22 @@ def test_a_disc_whose_points_creep_by_themselves_spins_and_slips_as_the_integral
                 )[0]
             )
             assert -change[2] * p[LINK] * p[MASS] == pytest.approx(most * slip_share * force, rel=3e-3)
+
+
+@pytest.mark.parametrize("k", [0.2, 0.5, 0.9, 1.1, 1.5, 4.0, 50.0])
+def test_a_disc_with_coulombs_friction_slips_and_spins_as_the_integral_over_it(k):
+    rotor = true_rotor(rigid_specimen("jewel", [0.0, 0.0, 0.0], 2.0), creep_law=3.0, creep_m_per_s=0.0)
+    p, y = rotor.parameters, rotor.rest()
+    slip = 0.02
+    spin = slip / (k * rotor.contact_radius_m)
+    y[12], y[2] = spin, slip / p[LINK]
+    smooth = p.copy()
+    smooth[FRICTION] = 0.0
+    rough, free = (accelerations(np.repeat(y[:, None], LANES, 1), np.repeat(q[:, None], LANES, 1)) for q in (p, smooth))
+    change = (rough - free)[:, 0]
+    pull = rotor.geometry.pull_n(rotor.values.f_nat_hz, rotor.values.distance_m)
+    load = pull + p[MASS] * slip**2 / p[LINK]
+    most, radius = rotor.values.friction_coefficient * load, rotor.contact_radius_m * (load / pull) ** (1 / 3)
+    force, torque = disc_friction(slip / (spin * radius))
+    assert -change[2] * p[LINK] * p[MASS] == pytest.approx(most * force, rel=3e-4)
+    assert -change[12] * p[INERTIA] == pytest.approx(most * radius * torque, rel=3e-4)

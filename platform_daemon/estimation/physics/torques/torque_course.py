@@ -1,7 +1,8 @@
-"""What dry friction has more or less along one ring-down, -sgn(phi') x(t) p(phi): x is linear between knots.
+"""What a torque has more or less along one ring-down: x(t) p(phi), where x is linear between knots.
 
-p is the friction's law of the angle: 1 (Coulomb), or (cos(phi) + g)^(4/3) of a Hertz contact under a weight g.  The
-knots belong to one shot; diagnosis/fluctuation estimates them, and no fit moves where they are.
+p is a law of the angle.  Of dry friction it is -sgn(phi'), or -sgn(phi') (cos(phi) + g)^(4/3) of a Hertz contact under
+a weight g; of the restoring torque -sin(phi), so that x is what omega_nat^2 has more.  The knots belong to one shot;
+diagnosis/fluctuation estimates them, and no fit moves where they are.
 """
 
 from __future__ import annotations
@@ -12,17 +13,24 @@ from platform_daemon.estimation.numerics.jit import inlined
 from platform_daemon.estimation.physics.torque_term import Coefficient, TorqueTerm
 
 FIRST_KNOT = 3  # place among the coefficients
+CONSTANT, HERTZ, SINE = 0.0, 1.0, 2.0
+"""Laws of the angle: of Coulomb's friction, of that of a Hertz contact, and of the restoring torque."""
 
 
 @inlined
-def friction_course(phi, sin_phi, cos_phi, v, u, c, j, grad, sigma, width):  # type: ignore[no-untyped-def]
-    """tau = -sigma x(u) p(phi); c0: w times the step of the knots, c1: 1 for a Hertz contact, c2: g, then x / w^2.
+def torque_course(phi, sin_phi, cos_phi, v, u, c, j, grad, sigma, width):  # type: ignore[no-untyped-def]
+    """tau = x(u) p(phi); c0: w times the step of the knots, c1: the law, c2: g, then x / w^2.
 
     Before the first knot and after the last one x stays as it is there.
     """
     for k in range(width):
         grad[j + k] = 0.0
-    if c[j + 1] > 0.0:
+    if c[j + 1] == SINE:
+        sigma = 1.0
+        law = sin_phi
+        law_phi = cos_phi
+        law_g = 0.0
+    elif c[j + 1] == HERTZ:
         load = max(cos_phi + c[j + 2], 0.0)
         root = load ** (1.0 / 3.0)
         law = root * load
@@ -51,12 +59,12 @@ def friction_course(phi, sin_phi, cos_phi, v, u, c, j, grad, sigma, width):  # t
 
 
 @lru_cache
-def friction_course_term(knots: int, *, frozen: bool = False) -> TorqueTerm:
+def torque_course_term(knots: int, *, frozen: bool = False) -> TorqueTerm:
     """The term with so many knots, at least 2; frozen: without derivatives by them."""
     steps = (
-        Coefficient("friction_course_step_s", "s", -1, 1e2, hidden=True, held=True),
-        Coefficient("friction_course_hertz", "1", 0, 1.0, hidden=True, held=True),
-        Coefficient("friction_course_weight", "1", 0, 1e-2),
+        Coefficient("course_step_s", "s", -1, 1e2, hidden=True, held=True),
+        Coefficient("course_law", "1", 0, 1.0, hidden=True, held=True),
+        Coefficient("course_weight", "1", 0, 1e-2),
     )
-    more = (Coefficient(f"friction_course_{k}_rad_per_s2", "rad/s^2", 2, 1e-4) for k in range(knots))
-    return TorqueTerm("friction_course", (*steps, *more), friction_course, timed=True, frozen=frozen)
+    more = (Coefficient(f"course_{k}_rad_per_s2", "rad/s^2", 2, 1e-4) for k in range(knots))
+    return TorqueTerm("torque_course", (*steps, *more), torque_course, timed=True, frozen=frozen)

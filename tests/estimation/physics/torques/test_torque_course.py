@@ -1,4 +1,4 @@
-"""A friction with a course along the ring-down: its derivatives, and its motion against an independent integrator."""
+"""A torque with a course along the ring-down: its derivatives, and its motion against an independent integrator."""
 
 import math
 
@@ -7,7 +7,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from platform_daemon.estimation.physics.models import JEWEL
-from platform_daemon.estimation.physics.torques.friction_course import friction_course, friction_course_term
+from platform_daemon.estimation.physics.torques.torque_course import (
+    CONSTANT,
+    HERTZ,
+    SINE,
+    torque_course,
+    torque_course_term,
+)
 from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
 from platform_daemon.estimation.physics.trajectory.direct import MotionParameters, Trajectory
 
@@ -17,20 +23,20 @@ KNOTS = np.array([400.0, -300.0, 100.0, 500.0, -200.0])  # rad/s^2
 RATE_HZ, COUNT = 20_000.0, 1200  # beyond the last knot
 
 
-def parameters(knots=KNOTS, amplitude=AMPLITUDE):
-    values = (LAMBDA, FRICTION, STEP_S, 1.0, 0.0, *knots)
+def parameters(knots=KNOTS, amplitude=AMPLITUDE, law=HERTZ):
+    values = (LAMBDA, FRICTION, STEP_S, law, 0.0, *knots)
     return MotionParameters(w=2.0 * math.pi * F_NAT_HZ, theta=0.0, amplitude=amplitude, values=values)
 
 
 def course_model(*, frozen=False):
-    return JEWEL.with_terms("jewel+friction_course", friction_course_term(KNOTS.size, frozen=frozen))
+    return JEWEL.with_terms("jewel+torque_course", torque_course_term(KNOTS.size, frozen=frozen))
 
 
 def basis(d, *, frozen=False):
     return Trajectory(course_model(frozen=frozen), d, COUNT / RATE_HZ).basis(0, COUNT, 1.0 / RATE_HZ, STATE)
 
 
-def independent():
+def independent(law=HERTZ):
     """Angles (COUNT,) by scipy, half cycle by half cycle: the sign of the friction changes at turning points only."""
     w = 2.0 * math.pi * F_NAT_HZ
     times = np.arange(COUNT) / RATE_HZ
@@ -41,9 +47,10 @@ def independent():
     turning.terminal = True
 
     def rates(t, y, side):
-        friction = FRICTION + np.interp(t, STEP_S * np.arange(KNOTS.size), KNOTS)
+        more = np.interp(t, STEP_S * np.arange(KNOTS.size), KNOTS)
+        friction, square = (FRICTION, w**2 + more) if law == SINE else (FRICTION + more, w**2)
         load = max(math.cos(y[0]), 0.0) ** (4.0 / 3.0)
-        return [y[1], -(w**2) * math.sin(y[0]) - 2.0 * LAMBDA * y[1] - side * friction * load]
+        return [y[1], -square * math.sin(y[0]) - 2.0 * LAMBDA * y[1] - side * friction * load]
 
     found, begin, state = np.empty(COUNT), 0.0, np.array([AMPLITUDE, 0.0])
     options = {"rtol": 1e-11, "atol": 1e-12, "dense_output": True, "max_step": 2e-4}
@@ -61,18 +68,20 @@ def independent():
     return found
 
 
-def test_the_motion_is_that_of_an_independent_integrator():
-    assert basis(parameters())[0] == pytest.approx(independent(), abs=2e-7)
+@pytest.mark.parametrize("law", [HERTZ, SINE])
+def test_the_motion_is_that_of_an_independent_integrator(law):
+    assert basis(parameters(law=law))[0] == pytest.approx(independent(law), abs=2e-7)
 
 
-def test_a_trajectory_knows_its_derivatives_by_the_knots():
-    found = basis(parameters())
+@pytest.mark.parametrize("law", [HERTZ, SINE])
+def test_a_trajectory_knows_its_derivatives_by_the_knots(law):
+    found = basis(parameters(law=law))
     # Two rows for each derivative: w's, the amplitude's, then those of the coefficients, in their order.
     first = 6 + 2 * (2 + 3)
     step = 1.0
     for k in range(KNOTS.size):
         moved = KNOTS + step * np.eye(KNOTS.size)[k], KNOTS - step * np.eye(KNOTS.size)[k]
-        numeric = (basis(parameters(moved[0]))[0] - basis(parameters(moved[1]))[0]) / (2.0 * step)
+        numeric = (basis(parameters(moved[0], law=law))[0] - basis(parameters(moved[1], law=law))[0]) / (2.0 * step)
         exact = found[first + 2 * k + 2] / (2.0 * math.pi * F_NAT_HZ) ** 2
         assert exact == pytest.approx(numeric, abs=1e-3 * np.abs(numeric).max())
 
@@ -86,10 +95,10 @@ def test_a_frozen_course_gives_the_same_motion_and_derivatives_by_all_else():
 
 
 @pytest.mark.parametrize("u", [0.5, 13.0, 40.0, 70.0])
-@pytest.mark.parametrize("hertz", [0.0, 1.0])
-def test_the_term_knows_its_own_derivatives(u, hertz):
-    function = getattr(friction_course, "py_func", friction_course)
-    c = np.array([13.4, hertz, 0.02, 2e-4, -1e-4, 3e-4, 1e-4, 5e-4])
+@pytest.mark.parametrize("law", [CONSTANT, HERTZ, SINE])
+def test_the_term_knows_its_own_derivatives(u, law):
+    function = getattr(torque_course, "py_func", torque_course)
+    c = np.array([13.4, law, 0.02, 2e-4, -1e-4, 3e-4, 1e-4, 5e-4])
 
     def call(c, phi=0.4, u=u):
         grad = np.full(c.size + 1, np.nan)
@@ -111,7 +120,7 @@ def test_the_term_knows_its_own_derivatives(u, hertz):
 
 
 def test_a_course_without_numbers_writes_nowhere_else():
-    function = getattr(friction_course, "py_func", friction_course)
+    function = getattr(torque_course, "py_func", torque_course)
     c = np.array([13.4, 1.0, 0.0, 1e-4, 1e-4])
     grad = np.zeros(c.size + 1)
     tau, *_ = function(0.4, math.sin(0.4), math.cos(0.4), 0.7, math.nan, c, 0, grad, 1.0, c.size)

@@ -1,4 +1,4 @@
-"""The course of the dry friction along one shot: what it has more or less than its mean, linear between knots."""
+"""The course of a torque along one shot: what it has more or less than its mean, linear between knots."""
 
 from __future__ import annotations
 
@@ -11,9 +11,14 @@ from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.torques.coulomb_friction import COULOMB_FRICTION
-from platform_daemon.estimation.physics.torques.friction_course import FIRST_KNOT, friction_course_term
 from platform_daemon.estimation.physics.torques.hertz_friction import HERTZ_FRICTION
 from platform_daemon.estimation.physics.torques.hertz_friction_under_weight import HERTZ_FRICTION_UNDER_WEIGHT
+from platform_daemon.estimation.physics.torques.torque_course import (
+    CONSTANT,
+    FIRST_KNOT,
+    HERTZ,
+    torque_course_term,
+)
 
 
 @dataclass(frozen=True)
@@ -79,31 +84,35 @@ def dry_friction(model: RingDownModel) -> str | None:
     return next((term.coefficients[0].name for term in model.terms if term in _DRY), None)
 
 
+def friction_law(model: RingDownModel) -> float:
+    """Of the angle, of a declared model's dry friction."""
+    return CONSTANT if COULOMB_FRICTION in model.terms else HERTZ
+
+
 @dataclass(frozen=True, kw_only=True)
-class FrictionCourse:
-    """What the friction of one shot has more than its mean.
+class TorqueCourse:
+    """What a torque of one shot has more than its mean.
 
     Attributes:
         step_s: time between two knots; the first one is at the first RX sample.
         values: (knots,) rad/s^2.
-        hertz, weight: the friction's law of the angle, which is that of the declared model whatever effects there are
-            beside it: (cos(phi) + weight)^(4/3) of a Hertz contact, or constant.
+        law, weight: its law of the angle, see `estimation.physics.torques.torque_course`; a friction's is that of the
+            declared model whatever effects there are beside it.
         root: (knots, knots) lower triangle L; L L^T is their covariance by the random process, (rad/s^2)^2.
     """
 
     step_s: float
     values: Array
     root: Array
-    hertz: bool
+    law: float
     weight: float
 
     @classmethod
-    def none_of(cls, model: RingDownModel, step_s: float, root: Array) -> FrictionCourse:
-        """A constant friction of a declared model, with as many knots as the root has rows."""
+    def none_of(cls, model: RingDownModel, step_s: float, root: Array, law: float) -> TorqueCourse:
+        """A constant torque of a declared model, with as many knots as the root has rows."""
         known = model.parameters.get("weight_over_pull")
         weight = known.fixed if known is not None and known.fixed is not None else 0.0
-        hertz = COULOMB_FRICTION not in model.terms
-        return cls(step_s=step_s, values=np.zeros(root.shape[0]), root=root, hertz=hertz, weight=weight)
+        return cls(step_s=step_s, values=np.zeros(root.shape[0]), root=root, law=law, weight=weight)
 
     @property
     def time_s(self) -> Array:
@@ -112,11 +121,11 @@ class FrictionCourse:
 
     def model(self, model: RingDownModel, *, frozen: bool = False) -> RingDownModel:
         """The model with this course; its coefficients come after those of the model.  frozen: no derivatives by it."""
-        return model.with_terms(f"{model.name}+friction_course", friction_course_term(self.values.size, frozen=frozen))
+        return model.with_terms(f"{model.name}+torque_course", torque_course_term(self.values.size, frozen=frozen))
 
     def extended(self, state: FitState) -> FitState:
         """A state of a model as one of this model with the course."""
-        values = (*state.dynamics.values, self.step_s, float(self.hertz), self.weight, *self.values.tolist())
+        values = (*state.dynamics.values, self.step_s, self.law, self.weight, *self.values.tolist())
         return replace(state, dynamics=replace(state.dynamics, values=values))
 
     def places(self, model: RingDownModel) -> tuple[slice, slice]:
@@ -128,9 +137,9 @@ class FrictionCourse:
 
 @dataclass(frozen=True)
 class CourseState(FitState):
-    """A state with the course of the friction of its shot, whose knots come last in a step."""
+    """A state with the course of a torque of its shot, whose knots come last in a step."""
 
-    course: FrictionCourse
+    course: TorqueCourse
 
     def moved(self, step: Array) -> CourseState:
         """The state after a step; one without the knots leaves the course as it is."""
@@ -139,6 +148,6 @@ class CourseState(FitState):
         return CourseState(own.dynamics, own.observation, own.offsets, replace(self.course, values=values))
 
 
-def course_of(state: FitState) -> FrictionCourse | None:
+def course_of(state: FitState) -> TorqueCourse | None:
     """Of a state that has one."""
     return state.course if isinstance(state, CourseState) else None

@@ -1,0 +1,61 @@
+"""What may fluctuate along a ring-down: the dry friction of a bearing, or the natural frequency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from platform_daemon.diagnosis.effects.effect import Effect
+from platform_daemon.diagnosis.effects.fluctuation import FREQUENCY_FLUCTUATION, FRICTION_FLUCTUATION
+from platform_daemon.diagnosis.findings.knot_responses import F_NAT, Moving
+from platform_daemon.diagnosis.regression.start_changes import W
+from platform_daemon.diagnosis.shots.torque_course import dry_friction, friction_law
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.torques.torque_course import SINE
+
+_FIRST_COEFFICIENT = 3  # place in the parameters of a state
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fluctuating:
+    """What has another course in every shot.
+
+    Attributes:
+        effect: its name, and the unit of its size.
+        moving: the parameter of the declared model that moves.
+        law: of the torque that this changes, see `estimation.physics.torques.torque_course`.
+    """
+
+    effect: Effect
+    moving: Moving
+    law: float
+
+    def unit(self, states: Sequence[FitState]) -> float:
+        """Torque per inertia, rad/s^2, that a size of 1 stands for: the mean friction, or what 1 Hz adds to w^2."""
+        if self.effect is FRICTION_FLUCTUATION:
+            return self.unit_of_parameter(states)
+        return 2.0 * self.unit_of_parameter(states) * float(np.mean([s.dynamics.w for s in states]))
+
+    def unit_of_parameter(self, states: Sequence[FitState]) -> float:
+        """By how much a size of 1 moves the parameter: the mean friction (its size, where a poor fit has it negative),
+        or 2 pi rad/s."""
+        if self.effect is FRICTION_FLUCTUATION:
+            place = self.moving.place - _FIRST_COEFFICIENT
+            return abs(float(np.mean([s.dynamics.values[place] for s in states])))
+        return 2.0 * math.pi
+
+
+def what_may_fluctuate(model: RingDownModel) -> tuple[Fluctuating, ...]:
+    """Of a bearing with dry friction both, for its contact wanders; of any other nothing."""
+    name = dry_friction(model)
+    if name is None:
+        return ()
+    place = _FIRST_COEFFICIENT + [c.name for c in model.coefficients].index(name)
+    return (
+        Fluctuating(effect=FRICTION_FLUCTUATION, moving=Moving(name, place), law=friction_law(model)),
+        Fluctuating(effect=FREQUENCY_FLUCTUATION, moving=Moving(F_NAT, W), law=SINE),
+    )
