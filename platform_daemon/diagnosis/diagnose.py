@@ -12,6 +12,7 @@ from platform_daemon.estimation.physics.models import RingDownModel
 from .diagnosis_result import Diagnosis
 from .effect_search import declared_fit, selected_effects
 from .effects.effect import Candidate
+from .effects.fluctuation import FREQUENCY_FLUCTUATION
 from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, not_accepted
 from .findings.ambiguity import ambiguity_of
 from .findings.missing_torque import missing_torque
@@ -149,14 +150,15 @@ def _diagnose(
     if len(swings) > len(prepared):
         plane = plane_test(prepared)
     if not gaps and may_fluctuate(prepared, model):
-        progress("a friction that may fluctuate", 0.15)
+        progress("a friction or a frequency that may fluctuate", 0.15)
         some = fitted_shots(prepared)
-        by_friction = of_fluctuation(declared_fit(some, model, pool), pool)
-        if by_friction is not None:
+        by_course = of_fluctuation(declared_fit(some, model, pool), pool)
+        if by_course is not None:
             more = len(some) < len(prepared)
             fitted = [f"of {len(prepared)} shots {len(some)}, evenly spread, are fitted"] if more else []
-            own_course = "a friction that fluctuates, in each shot by a course of its own,"
-            return whole(by_friction, [*fitted, *test(own_course), *plane_notes(plane, shots)], refused, ())
+            what = "frequency" if by_course.named[0].candidate.effect is FREQUENCY_FLUCTUATION else "friction"
+            own_course = f"a {what} that fluctuates, in each shot by a course of its own,"
+            return whole(by_course, [*fitted, *test(own_course), *plane_notes(plane, shots)], refused, ())
     with RotorBeside(plane, pool) as beside:
         found, late = selected_effects(prepared, model, gaps, progress, pool, beside.begin)
         gaps = merged([*gaps, *late])

@@ -124,8 +124,8 @@ def _doubts(final: JointFit, named: Sequence[AcceptedEffect], after: CrossValida
     ]
     doubts += [
         f"{n.candidate.effect.id} gains in the fit but not on held-out data"
-        for n in named
-        if n in named[1:] and n.held_out_gain <= 0.0
+        for n in named[1:]
+        if n.held_out_gain <= 0.0
     ]
     return doubts
 
@@ -137,8 +137,8 @@ def _fluctuation(
     alike = [
         Confounder(
             candidate=_candidate(other),
-            rise=other.cost - found.cost,
-            gain=2.0 * likeliest.log_likelihood,
+            rise=(other.cost - found.cost) / found.joint_fit.noise_factor,
+            gain=2.0 * likeliest.log_likelihood / found.joint_fit.noise_factor,
             joint_fit=other.joint_fit,
         )
         for other in others
@@ -190,9 +190,9 @@ def _held_out_gain(at: JointFit, effect: Candidate, after: CrossValidation, pool
 def _notes(found: FoundFluctuation, named: tuple[AcceptedEffect, ...]) -> list[str]:
     likeliest, count = found.likeliest, len(found.joint_fit.prepared)
     process = likeliest.process
-    what, size = "friction", f"{100.0 * process.size:.3g} %"
+    what, size = found.what.noun, f"{100.0 * process.size:.3g} %"
     if found.what.effect is FREQUENCY_FLUCTUATION:
-        what, size = "natural frequency", f"{process.size:.3g} Hz"
+        size = f"{process.size:.3g} Hz"
     within = "not determined: the data tell the square of the size over it"
     if found.tau_is_determined:
         within = f"within a factor {math.exp(likeliest.log_tau_std):.2g}"
@@ -202,5 +202,8 @@ def _notes(found: FoundFluctuation, named: tuple[AcceptedEffect, ...]) -> list[s
         f"another one in each of the {count} shots, as no law of angle, speed or time is",
         f"what the {what} does in the next shot cannot be predicted: errors of all parameters, and of the prediction, "
         "count it as noise",
+    ]
+    lines += [
+        f"as well {r.candidate.effect.id} of its own size and course: more shots may tell" for r in named[0].confounders
     ]
     return lines + list(dict.fromkeys(n.candidate.effect.absorbed for n in named if n.candidate.effect.absorbed))

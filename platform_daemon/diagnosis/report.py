@@ -86,7 +86,7 @@ def diagnosis_report(
 
 
 def _left_over(found: Diagnosis) -> UnexplainedRest:
-    """Beside the named effects; of a rigid rotor, or beside a friction's course, the excess of chi^2 over noise."""
+    """Beside the named effects; of a rigid rotor, or beside a torque's course, the excess of chi^2 over noise."""
     if found.rotor is not None:
         chi2, dof = sum(found.rotor.fit.chi2), float(sum(found.rotor.fit.dof))
     elif any(course_of(state) is not None for state in found.final.states):

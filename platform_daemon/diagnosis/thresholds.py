@@ -32,9 +32,7 @@ class Shots:
     beginning_s: float = 0.1  # of a rotor's shot in which one angle is near enough to begin with [unset]
     stray_ratio: float = 3.0  # of two frequencies: a trial step that leads further away is refused [A]
     kept_bases: int = 2  # linearised states of a shot that are cached, some megabytes each [cost]
-    kept_coefficients: int = (
-        20  # of a model up to which its states are cached: with the course of a friction none [cost]
-    )
+    kept_coefficients: int = 20  # of a model up to which its states are cached: with the course of a torque none [cost]
     largest_sensitivity: float = 1e60  # of the basis functions; beyond, the trajectory is lost [digits]
     full_rate_s: float = 0.05  # s at the start that keep every sample: transients of the switch live there [unset]
     full_rate_samples: int = 6_000  # per channel; a shorter record keeps every sample [cost]

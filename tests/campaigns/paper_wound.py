@@ -238,13 +238,13 @@ def numbers_of_shots(
 ) -> Iterator[dict[Any, float]]:
     """What the fits find of shots of a shipped resonator in the paper's field, one after the other as in the paper.
 
-    pause_s: between the end of the paper's RX window and the next shot, s; fluctuation: share of the friction, and
-    correlation time in s, in place of the resonator's own.
+    pause_s: between the end of the paper's RX window and the next shot, s; fluctuation: share of the friction or
+    Hz, and correlation time in s, in place of the resonator's own.
     """
     bench, rotor = Bench(None, seed=seed, switch__transient_v=[0.0, 0.0, 0.0]), specimen(name)
     if fluctuation is not None:
         tables = rotor.model_dump(mode="json", by_alias=True, exclude_none=True)
-        (table,) = (u for u in tables["rotor"]["undeclared"] if u["id"] == "friction_fluctuation")
+        (table,) = (u for u in tables["rotor"]["undeclared"] if u["id"].endswith("_fluctuation"))
         table |= {"strength": fluctuation[0], "tau_s": fluctuation[1]}
         rotor = type(rotor).model_validate(tables)
     program = timeline(bench.channels[0], FIELD_T[rotor.variant], rx=int(_RX_S[rotor.variant] * CLOCK.rate_hz))
@@ -301,7 +301,7 @@ def main() -> None:
         "--pause-s", type=float, default=0.0, help="between shots of --resonator, beyond the paper's t_RX"
     )
     parser.add_argument(
-        "--fluctuation", type=float, nargs=2, help="of --resonator: share of the friction, correlation time / s"
+        "--fluctuation", type=float, nargs=2, help="of --resonator: share of the friction or Hz, correlation time / s"
     )
     asked = parser.parse_args()
     if asked.resonator:

@@ -40,7 +40,9 @@ def differs_from_shot_to_shot(base: JointFit, what: Fluctuating, pool: Executor)
     start = CourseProcess(size=_LIMITS.first_size, tau_s=_LIMITS.first_tau_share * longest_s)
     try:
         each = list(pool.map(one, range(len(base.prepared))))
-        apart, alike = likeliest_process(each, start), likeliest_process([CourseInformation.of_one_course(each)], start)
+        apart, alike = (
+            likeliest_process(shots, start, what.largest) for shots in (each, [CourseInformation.of_one_course(each)])
+        )
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return False
     return apart.log_likelihood > alike.log_likelihood

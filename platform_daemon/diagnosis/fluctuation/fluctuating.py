@@ -13,10 +13,12 @@ from platform_daemon.diagnosis.effects.fluctuation import FREQUENCY_FLUCTUATION,
 from platform_daemon.diagnosis.findings.knot_responses import F_NAT, Moving
 from platform_daemon.diagnosis.regression.start_changes import W
 from platform_daemon.diagnosis.shots.torque_course import dry_friction, friction_law
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.torques.torque_course import SINE
 
+_LIMITS = THRESHOLDS.fluctuation
 _FIRST_COEFFICIENT = 3  # place in the parameters of a state
 
 
@@ -28,11 +30,15 @@ class Fluctuating:
         effect: its name, and the unit of its size.
         moving: the parameter of the declared model that moves.
         law: of the torque that this changes, see `estimation.physics.torques.torque_course`.
+        largest: size that is sought.
+        noun: in words.
     """
 
     effect: Effect
     moving: Moving
     law: float
+    largest: float
+    noun: str
 
     def unit(self, states: Sequence[FitState]) -> float:
         """Torque per inertia, rad/s^2, that a size of 1 stands for: the mean friction, or what 1 Hz adds to w^2."""
@@ -56,6 +62,18 @@ def what_may_fluctuate(model: RingDownModel) -> tuple[Fluctuating, ...]:
         return ()
     place = _FIRST_COEFFICIENT + [c.name for c in model.coefficients].index(name)
     return (
-        Fluctuating(effect=FRICTION_FLUCTUATION, moving=Moving(name, place), law=friction_law(model)),
-        Fluctuating(effect=FREQUENCY_FLUCTUATION, moving=Moving(F_NAT, W), law=SINE),
+        Fluctuating(
+            effect=FRICTION_FLUCTUATION,
+            moving=Moving(name, place),
+            law=friction_law(model),
+            largest=_LIMITS.largest_share,
+            noun="friction",
+        ),
+        Fluctuating(
+            effect=FREQUENCY_FLUCTUATION,
+            moving=Moving(F_NAT, W),
+            law=SINE,
+            largest=_LIMITS.largest_hz,
+            noun="natural frequency",
+        ),
     )

@@ -115,12 +115,14 @@ class LikeliestProcess:
         return log_chance(2.0 * self.log_likelihood, 2) < LEVEL
 
 
-def likeliest_process(shots: Sequence[CourseInformation], start: CourseProcess) -> LikeliestProcess:
-    """Of shots that size one process."""
+def likeliest_process(
+    shots: Sequence[CourseInformation], start: CourseProcess, largest: float = _LIMITS.largest_share
+) -> LikeliestProcess:
+    """Of shots that share one process; largest: size that is sought."""
     longest = max(float(s.time_s[-1]) for s in shots)
     shortest = max(float(s.time_s[1]) for s in shots)
     lower = np.log([_LIMITS.least_size, shortest])
-    upper = np.log([_LIMITS.largest_size, longest])
+    upper = np.log([largest, longest])
 
     def loss(x: Array) -> float:
         process = CourseProcess(size=math.exp(x[0]), tau_s=math.exp(x[1]))

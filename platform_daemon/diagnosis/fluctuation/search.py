@@ -13,6 +13,7 @@ them, and clearly so where it is smooth.  One shot alone does not tell them apar
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
@@ -118,16 +119,18 @@ def _found(
     at = fit_jointly(base.prepared, hypothesis, pool, states, strengths)  # with the process of the last turn
     at = _still_sure(at, float(len(candidates)), pool)
     noise = at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
-    if not noise or not likeliest.sure or _may_be_law(likeliest, information):
+    if not noise or not likeliest.sure or _may_be_law(what, likeliest, information):
         return None
+    information = [fit.information(unit) for fit in _linearised(at, pool)]
     cost = at.chi2 + sum(each.log_determinant(likeliest.process) for each in information)
+    cost += 2.0 * math.log(max(1, len(candidates))) * at.hypothesis.size  # each was the best of so many
     return FoundFluctuation(what=what, likeliest=likeliest, unit=unit, joint_fit=at, cost=cost)
 
 
-def _may_be_law(likeliest: LikeliestProcess, information: Sequence[CourseInformation]) -> bool:
+def _may_be_law(what: Fluctuating, likeliest: LikeliestProcess, information: Sequence[CourseInformation]) -> bool:
     """One course for all shots is as likely as one for each, or nearly so where it is as smooth as that of a law."""
     smooth = likeliest.process.tau_s > _LIMITS.smooth_share * float(information[0].time_s[-1])
-    law = likeliest_process([CourseInformation.of_one_course(information)], likeliest.process)
+    law = likeliest_process([CourseInformation.of_one_course(information)], likeliest.process, what.largest)
     limit = _LIMITS.law_share if smooth else _LIMITS.any_law_share
     return not law.log_likelihood < limit * likeliest.log_likelihood
 
@@ -183,7 +186,7 @@ def _process(
     """The likeliest process, what a size of 1 stands for in rad/s^2, and what each shot tells."""
     unit = what.unit([f.state for f in fits])
     information = [f.information(unit) for f in fits]
-    return likeliest_process(information, start), unit, information
+    return likeliest_process(information, start, what.largest), unit, information
 
 
 def _with_process(fits: Sequence[CourseFit], process: CourseProcess, unit: float) -> list[CourseState]:

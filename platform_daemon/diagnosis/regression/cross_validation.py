@@ -369,7 +369,7 @@ def _scored(
 def _scored_beside_course(
     linear: LinearisedShot, process: ProcessNoise, keep: np.ndarray, whole: float, known: Array
 ) -> HeldOutScore:
-    """Of all instants that are not kept; of the friction's course there, what the kept ones say about it is known."""
+    """Of all instants that are not kept; of the torque's course there, what the kept ones say about it is known."""
     at = linear.linearisation
     _, rest, left = process.split(linear.residual, keep)
     sizes = at.prepared.white.scale.reshape(-1)[~keep]

@@ -149,7 +149,7 @@ class Hypothesis:
         return own, np.asarray(self.factors(state)[:, None] * base[places])
 
     def through(self, linearisation: Linearisation, strengths: Array) -> Linearisation:
-        """The linearisation with the receiver effects applied, and a friction's course counted as noise."""
+        """The linearisation with the receiver effects applied, and a torque's course counted as noise."""
         return self.received(linearisation, strengths).with_course_as_noise()
 
     def received(self, linearisation: Linearisation, strengths: Array) -> Linearisation:

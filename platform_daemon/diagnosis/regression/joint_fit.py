@@ -80,7 +80,7 @@ class JointFit:
         return noise_factor(self.chi2_per_dof, ((a.chi2, partial(_samples_per_value, a)) for a in self.linear))
 
     def without_processes(self) -> JointFit:
-        """A copy to be kept among many: steps from it leave the courses of a friction as they are."""
+        """A copy to be kept among many: steps from it leave the courses of a torque as they are."""
         return replace(self, linear=tuple(a.without_process() for a in self.linear))
 
     def full_state(self, k: int) -> FitState:

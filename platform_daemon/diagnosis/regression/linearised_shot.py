@@ -83,7 +83,7 @@ class LinearisedShot:
     def own_step(self, common: Array) -> Array:
         """Best step of the declared parameters given a step of the common strengths.
 
-        Where the state has a course of the friction, the step of its knots follows: to the likeliest course then.
+        Where the state has a course of a torque, the step of its knots follows: to the likeliest course then.
         """
         left = self.residual - self.columns @ common
         target = self.q.T @ left
@@ -95,7 +95,7 @@ class LinearisedShot:
         return np.concatenate([step, process.likeliest(left - self.q @ target) - course.values])
 
     def without_process(self) -> LinearisedShot:
-        """A copy that does not know how the course of a friction follows, which takes most of its memory."""
+        """A copy that does not know how the course of a torque follows, which takes most of its memory."""
         if self.linearisation.process is None:
             return self
         return replace(self, linearisation=self.linearisation.without_process())

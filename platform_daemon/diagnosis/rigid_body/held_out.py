@@ -13,7 +13,7 @@ from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError
-from platform_daemon.estimation.rotor_fit.fit import RotorFit, Stage, fit_rotor
+from platform_daemon.estimation.rotor_fit.fit import RotorFit, Stage, fit_rotor, quiet_values
 from platform_daemon.estimation.rotor_fit.parameters import FreeParameter, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import linearised
 
@@ -72,7 +72,7 @@ def _end(fit: RotorFit, first: RotorFit | None, pool: Executor) -> tuple[float, 
         values = fit_rotor([part], fit.defect, pool, first_window_s=math.inf, held=held).values[0]
     data = shot.samples[:, n:]
     try:
-        found = linearised(shot, values, free, whole_s, pool)
+        found = linearised(shot, quiet_values(shot, values), free, whole_s, pool)
         model, _ = shot.rotor(values).dm_dt(shot.samples.shape[1], shot.rate_hz)
     except (NoRestError, LostRotorError):
         squares = data - data.mean(axis=1, keepdims=True)

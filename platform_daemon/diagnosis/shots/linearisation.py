@@ -40,7 +40,7 @@ class Linearisation:
             f2.
         free_motion: (2, 2, m) of an angle: two solutions of the linearised equation of motion, angle and velocity /w;
             (2, 2, 0) of what else is recorded.
-        course_rows: places among the parameters of the coefficients of a friction's course, and of its knots; None:
+        course_rows: places among the parameters of the coefficients of a torque's course, and of its knots; None:
             they are none.
         process: what such a course adds to the noise.
     """
@@ -137,7 +137,7 @@ class Linearisation:
         return before[:, ::-1][:, factor - 1 :: factor][:, :REACH][:, ::-1], after[:, ::factor][:, :REACH]
 
     def with_course_as_noise(self) -> Linearisation:
-        """The same with the answer to the course of the friction, where there is one, as noise instead of parameters.
+        """The same with the answer to the course of a torque, where there is one, as noise instead of parameters.
 
         To first order around the likeliest course x0 the data are y = f(theta, x0) + K (x - x0) + noise, where x is
         random with covariance L L^T.  K x0 is added to the residual, and K x counted as noise: what is fitted or tested
@@ -180,7 +180,7 @@ class Linearisation:
 
 
 def linearise_signal(prepared: PreparedShot, model: RingDownModel, state: FitState) -> Linearisation:
-    """Evaluate a state, with the course of the friction where the shot has one.
+    """Evaluate a state, with the course of a torque where the shot has one.
 
     Raises:
         LostTrajectoryError: the state does not oscillate, or has left what the shot can be.

@@ -172,9 +172,9 @@ def expected_fit(
 
     Raises RotorFitError: there is no such rotor, or the shot does not determine it.
     """
-    values = [_quiet(shot, shot.values)]
+    values = [shot.values]
     layout = Layout.of([shot], () if defect is None else (defect,), held)
-    normal = Valley([shot], layout, values, window_s).linearised(values, pool)
+    normal = Valley([shot], layout, values, window_s).linearised([quiet_values(shot, shot.values)], pool)
     left = float(normal.counts[0] - layout.size)
     return _stated([shot], layout, values, normal.matrix, [left], [left], window_s, defect, values)
 
@@ -194,13 +194,16 @@ def _without_noise(
     noise of its differences counts as knowledge: errors came out ten times too small.  A contact that creeps enough
     tells as much of everything but its creep, whose error `_stated` widens to the difference.
     """
-    quiet = [_quiet(s, v) for s, v in zip(shots, values, strict=True)]
+    quiet = [quiet_values(s, v) for s, v in zip(shots, values, strict=True)]
     if all(a is b for a, b in zip(quiet, values, strict=True)):
         return matrix
-    return Valley(shots, layout, first, window_s).linearised(quiet, pool).matrix
+    try:
+        return Valley(shots, layout, first, window_s).linearised(quiet, pool).matrix
+    except RotorFitError:  # the fit is none the worse
+        return matrix
 
 
-def _quiet(shot: RotorShot, values: RotorValues) -> RotorValues:
+def quiet_values(shot: RotorShot, values: RotorValues) -> RotorValues:
     """The values with a contact that creeps enough for differences without noise."""
     least = shot.rotor(values).least_quiet_creep_m_per_s
     return values if values.creep_m_per_s >= least else values.with_numbers({CREEP: least})
@@ -224,11 +227,12 @@ def _stated(
         raise RotorFitError("the shots do not determine the rotor's parameters") from None
     wider = math.sqrt(max(1.0, sum(chi2) / sum(dof)))
     covariance = np.asarray(wider**2 * covariance, dtype=np.float64)
-    std = np.sqrt(np.abs(np.diag(covariance)))
     for shot, v, free, places in zip(shots, values, layout.free, layout.places, strict=True):
         for p, k in zip(free, places, strict=True):
             if p.name == CREEP:
-                std[k] = max(std[k], p.apart(v.creep_m_per_s, _quiet(shot, v).creep_m_per_s))
+                apart = p.apart(v.creep_m_per_s, quiet_values(shot, v).creep_m_per_s)
+                covariance[k, k] = max(covariance[k, k], apart**2)
+    std = np.sqrt(np.abs(np.diag(covariance)))
     return RotorFit(
         shots=tuple(shots),
         values=tuple(values),
@@ -268,7 +272,7 @@ def with_errors_of_held(fit: RotorFit, names: Sequence[str], covariance: Array, 
         known = {p.name: p for p in free_parameters(shot.geometry, DEFECTS, shot.start)}
         try:
             free = [known[name] for name in (*places, *names)]
-            found = linearised(shot, _quiet(shot, values), free, fit.window_s, pool)
+            found = linearised(shot, quiet_values(shot, values), free, fit.window_s, pool)
         except (NoRestError, LostRotorError) as error:
             raise RotorFitError(str(error)) from None
         cross[list(places.values())] += found.matrix[: len(places), len(places) :]

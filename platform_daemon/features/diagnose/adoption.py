@@ -11,7 +11,7 @@ from drivers.errors import InputError
 from platform_daemon import __version__
 from platform_daemon.core.recordings.evidence import file_digests
 from platform_daemon.core.schemas.fits import FileDigest
-from platform_daemon.diagnosis.effects.fluctuation import FRICTION_FLUCTUATION
+from platform_daemon.diagnosis.effects.fluctuation import FREQUENCY_FLUCTUATION, FRICTION_FLUCTUATION
 from platform_daemon.diagnosis.report_schema import DiagnosisReport, NamedEffect
 from platform_daemon.estimation.calibration.receiver_correction import CORRECTABLE
 from platform_daemon.estimation.physics.torques import TERMS
@@ -172,7 +172,7 @@ def _refuse(effect: NamedEffect, others: list[str]) -> None:
     why = "it belongs to the data of one measurement, not to the resonator or the receiver"
     if effect.id in ("quadratic_nonlinearity", "cubic_nonlinearity"):
         why = "it belongs to the sensor of the angle, whose scale no model corrects"
-    if effect.id == FRICTION_FLUCTUATION.id:
+    if effect.id in (FRICTION_FLUCTUATION.id, FREQUENCY_FLUCTUATION.id):
         why = "its course is another one in every shot, which no model can hold"
     remedy = _NOT_A_MODEL.get(effect.id, "treat its cause")
     if others:

@@ -35,7 +35,7 @@ def test_courses_are_found_beside_an_effect_of_the_receiver(wounded):
         other = fluctuation_of(base, FREQUENCY, candidates_for(base), pool)
     assert base.chi2_per_dof > 100.0
     assert found is not None
-    assert other is None or other.cost > found.cost + 100.0
+    assert other is None  # no course of the frequency leaves noise
     (gain,) = found.joint_fit.hypothesis.effects
     assert gain.effect.id == "channel_gain"
     assert found.joint_fit.chi2_per_dof == pytest.approx(1.0, abs=0.05)
@@ -86,9 +86,10 @@ def test_a_frequency_that_fluctuates_is_told_from_a_friction():
     report = diagnosis_report(diagnose_shots(shots, JEWEL))
     assert report.verdict == "explained"
     assert [e.id for e in report.effects] == ["frequency_fluctuation", "channel_gain"]
-    assert report.effects[0].indistinguishable_from == []
+    assert not report.effects[0].indistinguishable_from
     size = report.effects[0].strength
     assert size.unit == "Hz"
+    assert size.std < 0.05
     assert size.value == pytest.approx(0.17, abs=3.0 * size.std)
     assert 0.04 < report.effects[0].detail.tau_s < 0.4
     assert report.held_out.chi2_per_dof_after < 1.3

@@ -15,13 +15,15 @@ from platform_daemon.estimation.rotor_fit.fit import (
     expected_fit,
     fit_rotor,
     made_whole,
+    quiet_values,
     with_errors_of_held,
 )
 from platform_daemon.estimation.rotor_fit.parameters import HELD_WITH_A_DEFECT, free_parameters
-from platform_daemon.estimation.rotor_fit.shot import RotorShot
+from platform_daemon.estimation.rotor_fit.shot import RotorShot, linearised
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 from tests.kit.estimated_rotors import true_rotor
 from tests.kit.rigid_rotors import rigid_specimen
+from tests.kit.rotor_shots import shot_of
 from tests.kit.simulated_rotors import START_S, TX_S, simulated
 
 RATE_HZ, SAMPLES = 12000.0, 1800
@@ -263,6 +265,7 @@ def test_lambda_is_true_whichever_axis_it_damps_and_whatever_damps_the_side_mode
         ({"creep_law": 1.0}, {"creep_law": 0.0}),
         ({"contact_coupling": 0.0}, {"contact_coupling": 1.0}),
         ({"creep_law": 2.0}, {"creep_law": 0.0}),
+        ({"creep_law": 3.0}, {"creep_law": 2.0}),
     ],
 )
 def test_a_shot_tells_the_law_of_a_contact_and_with_it_all_else_is_true(right, wrong, pool):
@@ -282,6 +285,37 @@ def test_a_shot_tells_the_law_of_a_contact_and_with_it_all_else_is_true(right, w
         fit_rotor([other], "stator_tilt_rad", pool, first_window_s=math.inf, to_beat=to_beat)
     for name in ("stator_tilt_rad", "f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2"):
         assert abs(getattr(found.values[0], name) - getattr(rotor.values, name)) < 4 * found.std[0][name], name
+
+
+@pytest.mark.parametrize("law", [0.0, 1.0, 3.0])
+def test_errors_of_a_contact_that_sticks_are_those_of_one_that_creeps_more_but_for_its_creep(law, pool):
+    """Differences of neighbours that stick hold noise, which counts as knowledge."""
+    field_t, names = (4.9e-4, 0.0, 0.0), ("stator_tilt_rad", "f_nat_hz", "m_r_am2", "lambda_per_s")
+    sticks = shot_of("jewel", 3000, field_t, creep_law=law, creep_m_per_s=2e-5, creep_spin_rad_per_s=1.0)
+    window_s = 3000 / sticks.rate_hz
+    quiet = quiet_values(sticks, sticks.values)
+    assert quiet.creep_m_per_s == sticks.rotor(sticks.values).least_quiet_creep_m_per_s > 1e-3
+    assert quiet_values(sticks, quiet) is quiet
+    stated = expected_fit(sticks, "stator_tilt_rad", window_s, pool).std[0]
+    moving = expected_fit(replace(sticks, values=quiet), "stator_tilt_rad", window_s, pool).std[0]
+    assert {name: stated[name] for name in names} == pytest.approx({name: moving[name] for name in names}, rel=1e-3)
+    apart = math.log(quiet.creep_m_per_s / 2e-5)
+    assert stated["creep_m_per_s"] == pytest.approx(2e-5 * apart, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["tf_over_i_rad_per_s2", "lambda_per_s"])
+def test_differences_are_so_small_that_the_errors_of_losses_do_not_depend_on_them(name, pool):
+    """The phase follows friction and damping so fast that ten times the step makes their errors a third too small."""
+    shot = shot_of("jewel", 9000, (4.9e-4, 0.0, 0.0), creep_m_per_s=2e-3, creep_spin_rad_per_s=3.0)
+    free = free_parameters(shot.geometry, ["stator_tilt_rad"], shot.start)
+    stated = []
+    for factor in (1.0, 0.3):
+        finer = [replace(p, step=factor * p.step) for p in free]
+        matrix = linearised(shot, shot.values, finer, 9000 / shot.rate_hz, pool).matrix
+        matrix[np.diag_indices(len(free))] += [0.0 if p.sd is None else p.sd**-2 for p in free]
+        errors = np.sqrt(np.diag(np.linalg.inv(matrix)))
+        stated.append(errors[[p.name for p in free].index(name)])
+    assert stated[0] == pytest.approx(stated[1], rel=0.05)
 
 
 @pytest.mark.parametrize(

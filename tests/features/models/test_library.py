@@ -135,6 +135,7 @@ def test_published_strengths_become_coefficients_of_the_terms(library):
         (diagnosed(effect("coulomb_friction", 30.0), verdict="unexplained"), {}, "does not explain"),
         (diagnosed(effect("mains_interference", 1e-3)), {}, "belongs to the data of one measurement.*Remedy"),
         (diagnosed(effect("switch_transient", 1e-3), effect("bias_torque", 1.0)), {}, "by name: bias_torque"),
+        (diagnosed(effect("frequency_fluctuation", 0.2)), {}, "no model can hold"),
         (diagnosed(effect("clock_gap", 3.0)), {}, "cannot be adopted"),
         (diagnosed(effect("bias_torque", 1.0)), {"effects": ["crosstalk"]}, "does not name crosstalk"),
         (diagnosed(effect("channel_gain", 0.1, axis="x")), {"free": ["channel_gain"]}, "cannot be free"),

@@ -9,8 +9,8 @@ the thread's end; a jewel's rotor has none), angular velocity (rad/s).  A unit v
 de/dt = omega x e; a homogeneous sphere needs no more of its orientation.
 
 The force of the bearing, tension or load, follows from the acceleration along the link being that of a circle.  A
-jewel's contact rolls, slips and spins: coupled friction of a Hertz contact in Zhuravlev's Pade form, whose limits are
-T_f of eq:tf(phi) without slip and Coulomb's law without spin.
+jewel's contact rolls, slips and spins: coupled friction of a Hertz contact, exactly or in Zhuravlev's Pade form, whose
+limits are T_f of eq:tf(phi) without slip and Coulomb's law without spin.
 """
 
 from __future__ import annotations
@@ -54,6 +54,7 @@ FORCE_SLOPE, TORQUE_SLOPE = FORCE_ALIKE + 0.125 / SLIP_BY_SPIN, 0.5 * TORQUE_ALI
 FORCE_4, FORCE_5, FORCE_6, FORCE_7, FORCE_8, FORCE_9 = THRESHOLDS.rigid_rotor.slipping_force
 TORQUE_4, TORQUE_5, TORQUE_6, TORQUE_7, TORQUE_8, TORQUE_9 = THRESHOLDS.rigid_rotor.slipping_torque
 SLOWEST_SPIN = THRESHOLDS.rigid_rotor.slowest_spin_rad_per_s
+SLOWEST_EDGE = 1e-30  # m/s, so small that it changes nothing, and its powers are numbers
 NOTHING = 1e-300  # keeps what a contact without friction divides by from being 0
 ROOT_ROUNDS = 4  # of Halley's method: from a load eight times off to the last digit
 SETTLED = 40.0  # time constants after which nothing is left of a transient
@@ -163,7 +164,7 @@ def _friction(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-def]
     Where each point of the disc creeps as v / sqrt(v^2 + c^2), the exact limits of slip alone, of spin alone and of a
     slow spin beside a slip, beta q / (1 + c^2 / q^2) with q^2 = slip^2 + c^2, are joined by the root of their squares.
     Alone, each is good to 1e-3; where slip and spin are alike, the force is up to 14 % too small, the torque 20 %.
-    Where only the whole disc creeps, its friction is exact.
+    That of the law 3, where only the whole disc creeps, is exact.
     """
     radius = contact_radius(lanes, lane, load)
     most = at(lanes, PARAMETER + FRICTION, lane) * max(load, 0.0)
@@ -187,7 +188,7 @@ def _friction(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-def]
     share = pressed_on * pressed_on / (pressed_on * pressed_on + stuck * stuck + NOTHING)
     bent = 1.0 + share * (1.0 - share) * (TURNS_0 + share * (TURNS_1 + share * TURNS_2))
     turns += at_points * bent * math.sqrt(pressed_on * pressed_on + stuck * stuck)
-    edge = radius * math.sqrt(spin * spin + creep_spin * creep_spin + rest) + NOTHING
+    edge = abs(radius) * math.sqrt(spin * spin + creep_spin * creep_spin + rest) + SLOWEST_EDGE
     force, torque = slipping_disc(math.sqrt(square) / edge)
     slides += on_disc * math.sqrt(square) / force
     turns += on_disc * edge / torque

@@ -33,6 +33,7 @@ from .equations import (
     RADIUS,
     RATE,
     SLIP_BY_SPIN,
+    SLOWEST_EDGE,
     SLOWEST_SPIN,
     SPIN_BY_SLIP,
     SPIN_LEVER,
@@ -51,7 +52,7 @@ ORDER = THRESHOLDS.rigid_rotor.sticking_order
 
 
 @lane_part
-def _disc_slopes(k):  # type: ignore[no-untyped-def]
+def disc_slopes(k):  # type: ignore[no-untyped-def]
     """Derivatives by k of what `slipping_disc` gives; beyond k = 1 between those there and in the end."""
     slow, share = min(k, 1.0), 1.0 / max(k, 1.0)
     force, torque = (1.0 - 0.75 * slow * slow) / SLIP_BY_SPIN, (1.5 * slow * slow - 2.0) * slow
@@ -87,9 +88,9 @@ def _friction_slopes(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-
     stuck_slope = beside * slip * math.sqrt(square) * (both + 2.0 * creep * creep) / (both * both)
     slides_there = math.sqrt(square + slowed * slowed * spin * spin)  # what bends them by 4 % stays explicit
     turns_there = math.sqrt(radius * radius * spin * spin + stuck * stuck) + NOTHING
-    slid, edge = math.sqrt(square), radius * smooth + NOTHING
+    slid, edge = math.sqrt(square), abs(radius) * smooth + SLOWEST_EDGE
     force, torque = slipping_disc(slid / edge)
-    force_slope, torque_slope = _disc_slopes(slid / edge)
+    force_slope, torque_slope = disc_slopes(slid / edge)
     by_k = force_slope * slid / (force * force), torque_slope * edge / (torque * torque)
     k_by_slip, k_by_spin = slip / (slid * edge), -slid * radius * spin / (smooth * edge * edge)
     slides = jointly * (creeping + slowed * turning) + at_points * slides_there + on_disc * slid / force + NOTHING

@@ -13,7 +13,9 @@ from platform_daemon.estimation.physics.rigid_rotor.equations import (
     LINK,
     MASS,
     PULSATION,
+    slipping_disc,
 )
+from platform_daemon.estimation.physics.rigid_rotor.implicit_step import disc_slopes
 from platform_daemon.estimation.physics.rigid_rotor.motions import EMPTY, motions_beside
 from platform_daemon.estimation.physics.rigid_rotor.rotor import (
     CoilDrive,
@@ -210,3 +212,19 @@ def test_a_disc_with_coulombs_friction_slips_and_spins_as_the_integral_over_it(k
     force, torque = disc_friction(slip / (spin * radius))
     assert -change[2] * p[LINK] * p[MASS] == pytest.approx(most * force, rel=3e-4)
     assert -change[12] * p[INERTIA] == pytest.approx(most * radius * torque, rel=3e-4)
+
+
+@pytest.mark.parametrize("k", [0.02, 0.5, 0.999, 1.001, 1.2, 4.0, 60.0])
+def test_the_slopes_of_a_discs_friction_are_those_of_its_values(k):
+    step = 1e-6 * k
+    above, below = slipping_disc(k + step), slipping_disc(k - step)
+    numeric = [(a - b) / (2.0 * step) for a, b in zip(above, below, strict=True)]
+    assert disc_slopes(k) == pytest.approx(numeric, rel=0.1)  # an implicit step needs no more
+
+
+@pytest.mark.parametrize("law", [0.0, 1.0, 2.0, 3.0])
+def test_a_contact_without_a_radius_has_rates(law):
+    rotor = true_rotor(rigid_specimen("jewel", [0.0, 0.0, -9.81], 2.0), DRIVE, creep_law=law, creep_m_per_s=1e-6)
+    bare = RigidRotor(rotor.geometry, replace(rotor.values, tf_over_i_rad_per_s2=0.0), DRIVE)
+    assert bare.sticks
+    assert np.all(np.isfinite(bare.dm_dt(100, RATE_HZ)[0]))
