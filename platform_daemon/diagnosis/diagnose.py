@@ -12,7 +12,6 @@ from platform_daemon.estimation.physics.models import RingDownModel
 from .diagnosis_result import Diagnosis
 from .effect_search import declared_fit, selected_effects
 from .effects.effect import Candidate
-from .effects.fluctuation import FREQUENCY_FLUCTUATION
 from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, not_accepted
 from .findings.ambiguity import ambiguity_of
 from .findings.missing_torque import missing_torque
@@ -30,6 +29,7 @@ from .findings.rotor_findings import (
 from .findings.shot_strengths import strengths_by_shot
 from .findings.side_modes import with_side_modes
 from .findings.verdict import assess_diagnosis
+from .fluctuation.fluctuating import what_may_fluctuate
 from .fluctuation_diagnosis import fitted_shots, may_fluctuate, of_fluctuation
 from .regression.cross_validation import CrossValidation
 from .regression.joint_fit import JointFit
@@ -149,15 +149,14 @@ def _diagnose(
         raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
     if len(swings) > len(prepared):
         plane = plane_test(prepared)
-    if not gaps and may_fluctuate(prepared, model):
-        progress("a friction or a frequency that may fluctuate", 0.15)
-        some = fitted_shots(prepared)
-        by_course = of_fluctuation(declared_fit(some, model, pool), pool)
+    for what in what_may_fluctuate(model) if not gaps and may_fluctuate(prepared) else ():
+        progress(f"a {what.noun} that may fluctuate", 0.15)
+        some = fitted_shots(prepared, what.most_shots)
+        by_course = of_fluctuation(declared_fit(some, model, pool), what, pool)
         if by_course is not None:
             more = len(some) < len(prepared)
             fitted = [f"of {len(prepared)} shots {len(some)}, evenly spread, are fitted"] if more else []
-            what = "frequency" if by_course.named[0].candidate.effect is FREQUENCY_FLUCTUATION else "friction"
-            own_course = f"a {what} that fluctuates, in each shot by a course of its own,"
+            own_course = f"a {what.noun} that fluctuates, in each shot by a course of its own,"
             return whole(by_course, [*fitted, *test(own_course), *plane_notes(plane, shots)], refused, ())
     with RotorBeside(plane, pool) as beside:
         found, late = selected_effects(prepared, model, gaps, progress, pool, beside.begin)

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 from .diagnosis_result import Diagnosis
@@ -22,33 +21,31 @@ from .findings.moving_parameters import moving_parameters
 from .findings.next_measurements import proposals
 from .findings.notes import undecided
 from .findings.rotor_findings import unsearched
-from .fluctuation.fluctuating import what_may_fluctuate
+from .fluctuation.fluctuating import Fluctuating
 from .fluctuation.search import FoundFluctuation, fits_at_neighbouring_processes, fluctuation_of
 from .fluctuation.window_courses import window_disagreement_of_courses
 from .regression.cross_validation import CrossValidation, cross_validate
 from .regression.joint_fit import JointFit, fit_jointly, starting_point
 from .regression.parameters import means, widened, window_disagreement, with_scales
 from .regression.score_test import ScoreTable, score_table
-from .selection.confounders import Confounder, confounders, gain_of
+from .selection.confounders import confounders, gain_of
 from .selection.sign_constraints import negative_losses
 from .selection.significance import log_chance
 from .shots.shot import PreparedShot
-from .shots.torque_course import dry_friction
 from .thresholds import THRESHOLDS
 
 
-def may_fluctuate(prepared: Sequence[PreparedShot], model: RingDownModel) -> bool:
-    """True for shots in which a fluctuation is sought: two or more of a dipole on a bearing with dry friction."""
-    return len(prepared) > 1 and prepared[0].shot.record.quantity != "angle" and dry_friction(model) is not None
+def may_fluctuate(prepared: Sequence[PreparedShot]) -> bool:
+    """True for shots in which a fluctuation is sought: two or more of a dipole."""
+    return len(prepared) > 1 and prepared[0].shot.record.quantity != "angle"
 
 
-def fitted_shots(prepared: Sequence[PreparedShot]) -> list[PreparedShot]:
+def fitted_shots(prepared: Sequence[PreparedShot], most: int) -> list[PreparedShot]:
     """Of a long series so many, evenly spread, as memory and time allow: each has a course of its own."""
-    count = min(len(prepared), THRESHOLDS.fluctuation.most_shots)
-    return [prepared[round(at)] for at in np.linspace(0, len(prepared) - 1, count)]
+    return [prepared[round(at)] for at in np.linspace(0, len(prepared) - 1, min(len(prepared), most))]
 
 
-def of_fluctuation(base: JointFit, pool: Executor) -> Diagnosis | None:
+def of_fluctuation(base: JointFit, what: Fluctuating, pool: Executor) -> Diagnosis | None:
     """The diagnosis of shots in which something fluctuates, without shots, defects of the data, and time.
 
     base: the fit of the declared model.  None: it explains nothing, or all shots have the same course.
@@ -57,33 +54,23 @@ def of_fluctuation(base: JointFit, pool: Executor) -> Diagnosis | None:
     if base.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
         return None
     candidates = candidates_for(base)
-    every = (fluctuation_of(base, what, candidates, pool) for what in what_may_fluctuate(base.hypothesis.model))
-    found = sorted((each for each in every if each is not None), key=lambda each: each.cost)
-    if not found:
+    found = fluctuation_of(base, what, candidates, pool)
+    if found is None:
         return None
     try:
-        return _told(base, found[0], found[1:], candidates, pool)
+        return _told(base, found, candidates, pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
 
 
-def _told(
-    base: JointFit,
-    found: FoundFluctuation,
-    others: Sequence[FoundFluctuation],
-    candidates: Sequence[Candidate],
-    pool: Executor,
-) -> Diagnosis:
-    """What there is beside the fluctuation, and what it changes; others: that leave noise, too.
-
-    Raises LostTrajectoryError.
-    """
+def _told(base: JointFit, found: FoundFluctuation, candidates: Sequence[Candidate], pool: Executor) -> Diagnosis:
+    """What there is beside the fluctuation, and what it changes.  Raises LostTrajectoryError."""
     final = found.joint_fit
     torques = {c.effect for c in final.hypothesis.torques}
     keys = {c.key for c in final.hypothesis.effects}
     table = score_table(final, [c for c in candidates if c.effect not in torques and c.key not in keys], pool)
     before, after = cross_validate(base, pool), cross_validate(final, pool)
-    named = (_fluctuation(found, others, before, after), *_effects_beside(table, after, float(len(candidates)), pool))
+    named = (_fluctuation(found, before, after), *_effects_beside(table, after, float(len(candidates)), pool))
     neighbours = [(means(moved), times) for moved, times in fits_at_neighbouring_processes(found, pool)]
     exact, alike = with_scales(means(final), neighbours), [r for n in named for r in n.confounders]
     spanned = widened(exact, [(means(r.joint_fit), r.rise) for r in alike if r.joint_fit is not None])
@@ -107,7 +94,7 @@ def _told(
         sigma_after=window_disagreement_of_courses(final, pool),
         torque=None,
         moving=moving_parameters(base, pool),
-        next_measurements=tuple(proposals([ambiguity_of(n, final, pool) for n in named[1:] if n.confounders], 0.0)),
+        next_measurements=tuple(proposals([ambiguity_of(n, final, pool) for n in named if n.confounders], 0.0)),
         notes=(*_notes(found, named), *undecided(exact, spanned), *doubts),
         seconds=0.0,
     )
@@ -130,32 +117,17 @@ def _doubts(final: JointFit, named: Sequence[AcceptedEffect], after: CrossValida
     return doubts
 
 
-def _fluctuation(
-    found: FoundFluctuation, others: Sequence[FoundFluctuation], before: CrossValidation, after: CrossValidation
-) -> AcceptedEffect:
+def _fluctuation(found: FoundFluctuation, before: CrossValidation, after: CrossValidation) -> AcceptedEffect:
     process, likeliest = found.likeliest.process, found.likeliest
-    alike = [
-        Confounder(
-            candidate=_candidate(other),
-            rise=(other.cost - found.cost) / found.joint_fit.noise_factor,
-            gain=2.0 * likeliest.log_likelihood / found.joint_fit.noise_factor,
-            joint_fit=other.joint_fit,
-        )
-        for other in others
-    ]
     return AcceptedEffect(
-        candidate=_candidate(found),
+        candidate=Candidate(found.what.effect, Detail(tau_s=process.tau_s)),
         strength=process.size,
         std=process.size * likeliest.log_size_std,
         log_p=log_chance(2.0 * likeliest.log_likelihood, 2),
         held_out_gain=-after.worse_by(before),
-        confounders=tuple(each for each in alike if each.indistinguishable),
+        confounders=(),
         log_scale_std=likeliest.log_tau_std if found.tau_is_determined else math.inf,
     )
-
-
-def _candidate(found: FoundFluctuation) -> Candidate:
-    return Candidate(found.what.effect, Detail(tau_s=found.likeliest.process.tau_s))
 
 
 def _effects_beside(table: ScoreTable, after: CrossValidation, trials: float, pool: Executor) -> list[AcceptedEffect]:
@@ -202,8 +174,5 @@ def _notes(found: FoundFluctuation, named: tuple[AcceptedEffect, ...]) -> list[s
         f"another one in each of the {count} shots, as no law of angle, speed or time is",
         f"what the {what} does in the next shot cannot be predicted: errors of all parameters, and of the prediction, "
         "count it as noise",
-    ]
-    lines += [
-        f"as well {r.candidate.effect.id} of its own size and course: more shots may tell" for r in named[0].confounders
     ]
     return lines + list(dict.fromkeys(n.candidate.effect.absorbed for n in named if n.candidate.effect.absorbed))

@@ -11,6 +11,9 @@ class Fluctuation:
 
     most_shots: int = 12  # whose courses are fitted: 12 of 2 s take 1.9 GB, 32 of them 3.2 GB [cost]
     knots: int = 80  # of a course, along the window [cost]
+    # The phase follows a course of the frequency once integrated, one of the friction twice: it shows faster waves.
+    most_shots_of_frequency: int = 4  # likewise [cost]
+    knots_of_frequency: int = 240  # with 80 a course left more than noise in two of three series of two shots [unset]
     first_knots: int = 24  # of the linear test before the courses are fitted [cost]
     first_size: float = 0.2  # standard deviation over the mean friction, or in Hz, where a search begins [unset]
     first_tau_share: float = 0.07  # correlation time over the window, likewise [unset]

@@ -31,6 +31,8 @@ class Fluctuating:
         moving: the parameter of the declared model that moves.
         law: of the torque that this changes, see `estimation.physics.torques.torque_course`.
         largest: size that is sought.
+        knots: of a course.
+        most_shots: whose courses are fitted.
         noun: in words.
     """
 
@@ -38,6 +40,8 @@ class Fluctuating:
     moving: Moving
     law: float
     largest: float
+    knots: int
+    most_shots: int
     noun: str
 
     def unit(self, states: Sequence[FitState]) -> float:
@@ -56,7 +60,7 @@ class Fluctuating:
 
 
 def what_may_fluctuate(model: RingDownModel) -> tuple[Fluctuating, ...]:
-    """Of a bearing with dry friction both, for its contact wanders; of any other nothing."""
+    """Of a bearing with dry friction that first, then the frequency, for its contact wanders; of any other nothing."""
     name = dry_friction(model)
     if name is None:
         return ()
@@ -67,6 +71,8 @@ def what_may_fluctuate(model: RingDownModel) -> tuple[Fluctuating, ...]:
             moving=Moving(name, place),
             law=friction_law(model),
             largest=_LIMITS.largest_share,
+            knots=_LIMITS.knots,
+            most_shots=_LIMITS.most_shots,
             noun="friction",
         ),
         Fluctuating(
@@ -74,6 +80,8 @@ def what_may_fluctuate(model: RingDownModel) -> tuple[Fluctuating, ...]:
             moving=Moving(F_NAT, W),
             law=SINE,
             largest=_LIMITS.largest_hz,
+            knots=_LIMITS.knots_of_frequency,
+            most_shots=_LIMITS.most_shots_of_frequency,
             noun="natural frequency",
         ),
     )

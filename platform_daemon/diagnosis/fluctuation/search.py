@@ -13,7 +13,6 @@ them, and clearly so where it is smooth.  One shot alone does not tell them apar
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
@@ -53,14 +52,12 @@ class FoundFluctuation:
         likeliest: its random process.
         unit: what a size of 1 stands for, rad/s^2.
         joint_fit: of all shots with their courses, and with the effects that they have in common.
-        cost: -2 log of the likelihood, but for what is the same whatever fluctuates.
     """
 
     what: Fluctuating
     likeliest: LikeliestProcess
     unit: float
     joint_fit: JointFit
-    cost: float
 
     @property
     def tau_is_determined(self) -> bool:
@@ -121,10 +118,7 @@ def _found(
     noise = at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
     if not noise or not likeliest.sure or _may_be_law(what, likeliest, information):
         return None
-    information = [fit.information(unit) for fit in _linearised(at, pool)]
-    cost = at.chi2 + sum(each.log_determinant(likeliest.process) for each in information)
-    cost += 2.0 * math.log(max(1, len(candidates))) * at.hypothesis.size  # each was the best of so many
-    return FoundFluctuation(what=what, likeliest=likeliest, unit=unit, joint_fit=at, cost=cost)
+    return FoundFluctuation(what=what, likeliest=likeliest, unit=unit, joint_fit=at)
 
 
 def _may_be_law(what: Fluctuating, likeliest: LikeliestProcess, information: Sequence[CourseInformation]) -> bool:
@@ -157,7 +151,7 @@ def _first_process(base: JointFit) -> CourseProcess:
 
 def _first_courses(base: JointFit, what: Fluctuating, beside: Sequence[Candidate], pool: Executor) -> list[CourseFit]:
     """Courses of all shots, each with receiver effects of its own.  Raises LostTrajectoryError."""
-    longest_s, knots = max(float(p.time_s[-1]) for p in base.prepared), _LIMITS.knots
+    longest_s, knots = max(float(p.time_s[-1]) for p in base.prepared), what.knots
     step_s = longest_s / (knots - 1)
     times: Array = step_s * np.arange(knots, dtype=np.float64)
     root = _first_process(base).root(times, what.unit(base.states))
