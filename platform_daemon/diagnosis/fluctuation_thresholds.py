@@ -19,7 +19,7 @@ class Fluctuation:
     first_tau_share: float = 0.07  # correlation time over the window, likewise [unset]
     least_size: float = 1e-3  # of the standard deviation that is sought [cost]
     largest_share: float = 1.0  # beyond, the friction would be negative for a sixth of the time [physics]
-    largest_hz: float = 10.0  # of a frequency that fluctuates, likewise: a twentieth of such a resonator's [unset]
+    largest_hz: float = 10.0  # of a frequency: a twentieth of such a resonator's [unset]
     seen_square: float = 1e-6  # of a direction of the noise, below which a formula for it loses digits [digits]
     most_steps: int = 20  # of a course's fit [cost]
     settled_chi2: float = 0.3  # fall of chi^2 over the excess at which it ends [unset]

@@ -63,11 +63,6 @@ class CourseInformation:
             gradient=np.sum([s.gradient for s in shots], axis=0),
         )
 
-    def log_determinant(self, process: CourseProcess) -> float:
-        """log det(1 + A P): what the freedom of a course costs it in chi^2."""
-        root = process.root(self.time_s, self.unit)
-        return float(np.sum(np.log1p(np.maximum(np.linalg.eigvalsh(root.T @ self.information @ root), 0.0))))
-
     def log_likelihood(self, process: CourseProcess) -> float:
         """Over that of no fluctuation."""
         root = process.root(self.time_s, self.unit)
@@ -115,9 +110,7 @@ class LikeliestProcess:
         return log_chance(2.0 * self.log_likelihood, 2) < LEVEL
 
 
-def likeliest_process(
-    shots: Sequence[CourseInformation], start: CourseProcess, largest: float = _LIMITS.largest_share
-) -> LikeliestProcess:
+def likeliest_process(shots: Sequence[CourseInformation], start: CourseProcess, largest: float) -> LikeliestProcess:
     """Of shots that share one process; largest: size that is sought."""
     longest = max(float(s.time_s[-1]) for s in shots)
     shortest = max(float(s.time_s[1]) for s in shots)

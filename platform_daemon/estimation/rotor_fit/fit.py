@@ -199,7 +199,7 @@ def _without_noise(
         return matrix
     try:
         return Valley(shots, layout, first, window_s).linearised(quiet, pool).matrix
-    except RotorFitError:  # the fit is none the worse
+    except RotorFitError:  # errors may be too small then; the values are none the worse
         return matrix
 
 

@@ -74,7 +74,7 @@ def informations(process, shots, seed, *, common=False):
 
 @pytest.mark.parametrize("truth", [CourseProcess(size=0.2, tau_s=0.1), CourseProcess(size=0.1, tau_s=0.3)])
 def test_size_and_correlation_time_come_out_within_their_errors(truth):
-    found = likeliest_process(informations(truth, 12, 8), CourseProcess(size=0.15, tau_s=0.15))
+    found = likeliest_process(informations(truth, 12, 8), CourseProcess(size=0.15, tau_s=0.15), 1.0)
     assert abs(np.log(found.process.size / truth.size)) < 3.0 * found.log_size_std
     assert abs(np.log(found.process.tau_s / truth.tau_s)) < 3.0 * found.log_tau_std
     assert found.log_size_std < 0.3
@@ -83,7 +83,7 @@ def test_size_and_correlation_time_come_out_within_their_errors(truth):
 
 def test_neighbours_lie_a_standard_deviation_away_along_both_axes_of_the_errors():
     found = likeliest_process(
-        informations(CourseProcess(size=0.2, tau_s=0.1), 12, 8), CourseProcess(size=0.15, tau_s=0.15)
+        informations(CourseProcess(size=0.2, tau_s=0.1), 12, 8), CourseProcess(size=0.15, tau_s=0.15), 1.0
     )
     moves = []
     for process, times in found.neighbours():
@@ -96,15 +96,15 @@ def test_neighbours_lie_a_standard_deviation_away_along_both_axes_of_the_errors(
 
 def test_noise_alone_is_no_fluctuation():
     nothing = informations(CourseProcess(size=1e-9, tau_s=0.1), 6, 2)
-    assert not likeliest_process(nothing, CourseProcess(size=0.1, tau_s=0.1)).sure
+    assert not likeliest_process(nothing, CourseProcess(size=0.1, tau_s=0.1), 1.0).sure
 
 
 @pytest.mark.parametrize("common", [False, True])
 def test_one_course_for_all_shots_is_likelier_only_where_it_is_one(common):
     shots = informations(CourseProcess(size=0.2, tau_s=0.2), 4, 5, common=common)
     start = CourseProcess(size=0.1, tau_s=0.1)
-    apart = likeliest_process(shots, start).log_likelihood
-    alike = likeliest_process([CourseInformation.of_one_course(shots)], start).log_likelihood
+    apart = likeliest_process(shots, start, 1.0).log_likelihood
+    alike = likeliest_process([CourseInformation.of_one_course(shots)], start, 1.0).log_likelihood
     assert (alike > apart) is common
 
 

@@ -191,7 +191,7 @@ def _friction(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-def]
     edge = abs(radius) * math.sqrt(spin * spin + creep_spin * creep_spin + rest) + SLOWEST_EDGE
     force, torque = slipping_disc(math.sqrt(square) / edge)
     slides += on_disc * math.sqrt(square) / force
-    turns += on_disc * edge / torque
+    turns += on_disc * math.copysign(edge, radius) / torque
     return most / (slides + NOTHING), SPIN_LEVER * radius * radius * most / (turns + NOTHING)
 
 

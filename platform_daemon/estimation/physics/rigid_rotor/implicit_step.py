@@ -88,19 +88,25 @@ def _friction_slopes(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-
     stuck_slope = beside * slip * math.sqrt(square) * (both + 2.0 * creep * creep) / (both * both)
     slides_there = math.sqrt(square + slowed * slowed * spin * spin)  # what bends them by 4 % stays explicit
     turns_there = math.sqrt(radius * radius * spin * spin + stuck * stuck) + NOTHING
-    slid, edge = math.sqrt(square), abs(radius) * smooth + SLOWEST_EDGE
+    reach, side = abs(radius), math.copysign(1.0, radius)
+    slid, edge = math.sqrt(square), reach * smooth + SLOWEST_EDGE
     force, torque = slipping_disc(slid / edge)
     force_slope, torque_slope = disc_slopes(slid / edge)
-    by_k = force_slope * slid / (force * force), torque_slope * edge / (torque * torque)
-    k_by_slip, k_by_spin = slip / (slid * edge), -slid * radius * spin / (smooth * edge * edge)
+    by_k = force_slope * slid / (force * force), side * torque_slope * edge / (torque * torque)
+    k_by_slip, k_by_spin = slip / (slid * edge), -slid * reach * spin / (smooth * edge * edge)
     slides = jointly * (creeping + slowed * turning) + at_points * slides_there + on_disc * slid / force + NOTHING
-    turns = jointly * (radius * turning + beside * slip) + at_points * turns_there + on_disc * edge / torque + NOTHING
+    turns = (
+        jointly * (radius * turning + beside * slip)
+        + at_points * turns_there
+        + on_disc * side * edge / torque
+        + NOTHING
+    )
     slides_by_slip = jointly * creeping_slope + at_points * slip / slides_there
     slides_by_slip += on_disc * (slip / (slid * force) - by_k[0] * k_by_slip)
     slides_by_spin = jointly * slowed * turning_slope + at_points * slowed * slowed * spin / slides_there
     slides_by_spin -= on_disc * by_k[0] * k_by_spin
     turns_by_spin = jointly * radius * turning_slope + at_points * radius * radius * spin / turns_there
-    turns_by_spin += on_disc * (radius * spin / (smooth * torque) - by_k[1] * k_by_spin)
+    turns_by_spin += on_disc * (side * reach * spin / (smooth * torque) - by_k[1] * k_by_spin)
     turns_by_slip = jointly * beside + at_points * stuck * stuck_slope / turns_there
     turns_by_slip -= on_disc * by_k[1] * k_by_slip
     by_slip, by_spin = most / slides, SPIN_LEVER * radius * radius * most / turns
