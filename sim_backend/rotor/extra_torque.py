@@ -31,7 +31,7 @@ from sim_backend.hidden_effects.torques import (
 )
 
 from .kernel import kernel
-from .rotor import FLUCTUATION_WAVES
+from .rotor import FLUCTUATION_WAVES, later_waves
 
 # Slots that follow those of `torque`; there, 1 is omega_nat^2 and 2 the declared Hertz friction.
 OMEGA_SQUARED, HERTZ = 1, 2
@@ -76,7 +76,7 @@ def fill(
         _check_friction(q, "that could fluctuate", "friction_fluctuation")
         if waves[0] is not None:
             q[FLUCTUATION] = fluctuation.strength
-            q[WAVES:WAVES_END] = _at(waves[0], now_s)
+            q[WAVES:WAVES_END] = later_waves(waves[0], now_s).ravel()
     q[ANGLE_DAMPING] = 2 * strength(effects, AngleDependentDamping)
     q[ANHARMONICITY] = strength(effects, RestoringAnharmonicity)
     q[TORSION] = strength(effects, TorsionStiffness)
@@ -87,15 +87,10 @@ def fill(
         q[DRIFT_TAU] = drift.tau_s or 0.0
     if (unsteady := first(effects, FrequencyFluctuation)) and waves[1] is not None:
         q[UNSTEADY] = 2 * pi * unsteady.strength
-        q[UNSTEADY_WAVES:] = _at(waves[1], now_s)
+        q[UNSTEADY_WAVES:] = later_waves(waves[1], now_s).ravel()
     q[SMOOTH] = float(np.any(q[[ANGLE_DAMPING, ANHARMONICITY, TORSION, BIAS, DRIFT, UNSTEADY]]))
     _fill_internal_states(q, effects)
     q[KINKS] = float(np.any(q[[COULOMB, STRIBECK, DRAG, BRISTLE, FLUCTUATION]]))
-
-
-def _at(waves: NDArray[np.float64], now_s: float) -> NDArray[np.float64]:
-    """Angular frequency and phase at a time of each wave, one after the other."""
-    return np.column_stack([waves[:, 0], waves[:, 1] + waves[:, 0] * now_s]).ravel()
 
 
 def _check_friction(q: NDArray[np.float64], which: str, effect: str) -> None:

@@ -96,8 +96,8 @@ class Rotor:
             return self
         return replace(
             self,
-            friction_waves=_later(self.friction_waves, seconds),
-            frequency_waves=_later(self.frequency_waves, seconds),
+            friction_waves=None if self.friction_waves is None else later_waves(self.friction_waves, seconds),
+            frequency_waves=None if self.frequency_waves is None else later_waves(self.frequency_waves, seconds),
         )
 
     @property
@@ -111,9 +111,8 @@ class Rotor:
         return self.inertia_kg_m2 * self.omega_rad_per_s**2 / self.m_r_am2
 
 
-def _later(waves: NDArray[np.float64] | None, seconds: float) -> NDArray[np.float64] | None:
-    if waves is None:
-        return None
+def later_waves(waves: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
+    """Waves (n, 2), angular frequency and phase, on a time axis that begins later."""
     omega, phase = waves.T
     return np.column_stack([omega, phase + omega * seconds])
 

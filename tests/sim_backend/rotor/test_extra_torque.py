@@ -135,6 +135,17 @@ def test_all_torques_at_once_agree_with_the_reference():
     assert [ours.phi_rad, ours.phi_dot_rad_per_s / W] == pytest.approx([wanted[0], wanted[1] / W], abs=1e-12)
 
 
+def agrees_in_pieces(rotor, fluctuation, rhs):
+    """The motion is that of `rhs`, and goes on so where a piece of it begins later."""
+    w, wanted = rotor.omega_rad_per_s, follow(rhs, START, TIMES, turns=True)[-1]
+    model = SingleAxis(rotor, fluctuation)
+    first = model.advance(0.0, 0.025, replace(model.rest(), phi_rad=START[0], phi_dot_rad_per_s=START[1]))
+    whole = model.advance(0.025, TIMES[-1], first)
+    assert [whole.phi_rad, whole.phi_dot_rad_per_s / w] == pytest.approx([wanted[0], wanted[1] / w], abs=1e-11)
+    late = SingleAxis(rotor.later(0.025), fluctuation).advance(0.0, TIMES[-1] - 0.025, first)
+    assert late.phi_rad == pytest.approx(whole.phi_rad, abs=1e-12)
+
+
 def test_friction_that_fluctuates_is_its_formula_also_where_a_piece_of_the_motion_begins_later():
     fluctuation = effects({"id": "friction_fluctuation", "strength": 0.4, "tau_s": 0.02})
     omega, phase = np.linspace(5.0, 400.0, FLUCTUATION_WAVES), np.arange(FLUCTUATION_WAVES)
@@ -146,13 +157,7 @@ def test_friction_that_fluctuates_is_its_formula_also_where_a_piece_of_the_motio
         dry = TF * hertz(y[0]) * exp(0.4 * x - 0.08)
         return y[1], -2 * rotor.lambda_per_s * y[1] - w * w * sin(y[0]) - sign * dry
 
-    wanted = follow(rhs, START, TIMES, turns=True)[-1]
-    model = SingleAxis(rotor, fluctuation)
-    first = model.advance(0.0, 0.025, replace(model.rest(), phi_rad=START[0], phi_dot_rad_per_s=START[1]))
-    whole = model.advance(0.025, TIMES[-1], first)
-    assert [whole.phi_rad, whole.phi_dot_rad_per_s / w] == pytest.approx([wanted[0], wanted[1] / w], abs=1e-11)
-    late = SingleAxis(rotor.later(0.025), fluctuation).advance(0.0, TIMES[-1] - 0.025, first)
-    assert late.phi_rad == pytest.approx(whole.phi_rad, abs=1e-12)
+    agrees_in_pieces(rotor, fluctuation, rhs)
 
 
 def test_a_frequency_that_fluctuates_is_its_formula_also_where_a_piece_of_the_motion_begins_later():
@@ -166,13 +171,7 @@ def test_a_frequency_that_fluctuates_is_its_formula_also_where_a_piece_of_the_mo
         now = w + 2 * pi * 0.5 * x
         return y[1], -2 * rotor.lambda_per_s * y[1] - now**2 * sin(y[0]) - sign * TF * hertz(y[0])
 
-    wanted = follow(rhs, START, TIMES, turns=True)[-1]
-    model = SingleAxis(rotor, fluctuation)
-    first = model.advance(0.0, 0.025, replace(model.rest(), phi_rad=START[0], phi_dot_rad_per_s=START[1]))
-    whole = model.advance(0.025, TIMES[-1], first)
-    assert [whole.phi_rad, whole.phi_dot_rad_per_s / w] == pytest.approx([wanted[0], wanted[1] / w], abs=1e-11)
-    late = SingleAxis(rotor.later(0.025), fluctuation).advance(0.0, TIMES[-1] - 0.025, first)
-    assert late.phi_rad == pytest.approx(whole.phi_rad, abs=1e-12)
+    agrees_in_pieces(rotor, fluctuation, rhs)
 
 
 def test_a_field_breaks_the_rotor_loose_when_it_exceeds_the_static_friction_of_all_laws():
