@@ -55,7 +55,9 @@ class RigidBody:
     kept_swing: float = 0.03
     swing_periods: float = 10.0  # periods of a stretch in which the swing's size is read [unset]
     exchange_window_s: float = 0.4  # s in which an error takes the place of another one [unset]
-    exchange_parts: int = 4  # in which it does so [unset]
+    exchange_parts: int = 4  # in which it does at most [cost]
+    exchange_part_rad: float = 0.009  # of a tilt that falls at once [unset]
+    exchange_part_m: float = 5e-5  # of a displacement that falls at once [unset]
     free_start_periods: float = 2.0  # of a motion of which no drive is known, in which its start is sought [unset]
     free_start_phases: int = 24  # of the swing, which are tried [unset]
     free_start_sizes: tuple[float, ...] = (0.85, 0.93, 1.0, 1.07, 1.15)  # over that which the power tells [unset]

@@ -7,13 +7,8 @@ from typing import Any
 
 from drivers.specimen import Specimen
 from platform_daemon.design.equations import magnetic_moment
-from platform_daemon.estimation.physics.rigid_rotor.rotor import (
-    NO_DRIVE,
-    CoilDrive,
-    RigidRotor,
-    RotorGeometry,
-    RotorValues,
-)
+from platform_daemon.estimation.physics.rigid_rotor.geometry import RotorGeometry
+from platform_daemon.estimation.physics.rigid_rotor.rotor import NO_DRIVE, CoilDrive, RigidRotor, RotorValues
 from sim_backend.rotor.rigid_body.acceleration import MU
 from sim_backend.rotor.rigid_body.parameters import REST_SLIP_M_PER_S, REST_SPIN_RAD_PER_S, body_parameters
 from sim_backend.rotor.rotor import effective

@@ -31,6 +31,7 @@ from platform_daemon.estimation.rotor_fit.parameters import (
     DEFECTS,
     HELD_WITH_A_DEFECT,
     KNOWN_WITH_A_DEFECT,
+    OFF_DRAWING,
     Defect,
     free_parameters,
 )
@@ -111,8 +112,8 @@ class ManufacturingError:
     @property
     def held(self) -> dict[str, float]:
         """What later fits hold beside the error, or begin with, by name, SI."""
-        values = self.fit.values[0]
-        return {name: getattr(values, name) for name in KNOWN_WITH_A_DEFECT}
+        values = {name: getattr(self.fit.values[0], name) for name in KNOWN_WITH_A_DEFECT}
+        return {name: value for name, value in values.items() if value or name not in OFF_DRAWING}
 
     @property
     def covariance(self) -> tuple[tuple[str, ...], Array]:

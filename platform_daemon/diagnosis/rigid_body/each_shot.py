@@ -84,7 +84,9 @@ def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: E
     if other.values.tf_over_i_rad_per_s2 > 0.0 and v.tf_over_i_rad_per_s2 > 0.0:
         ratio = there.tf_over_i_rad_per_s2 / other.values.tf_over_i_rad_per_s2
         as_first = replace(as_first, tf_over_i_rad_per_s2=v.tf_over_i_rad_per_s2 * ratio)
-    as_one_angle = replace(as_first, rotation=v.rotation, m_r_am2=v.m_r_am2 * there.m_r_am2 / other.values.m_r_am2)
+    # One angle may be far off, in every shot alike: how the shots are turned against each other it tells all the same.
+    turned_like = v.rotation @ other.values.rotation.T @ there.rotation
+    as_one_angle = replace(as_first, rotation=turned_like, m_r_am2=v.m_r_am2 * there.m_r_am2 / other.values.m_r_am2)
     apart = np.linalg.norm(rodrigues_from_rotation(v.rotation.T @ other.values.rotation))
     turned = [as_one_angle, as_first] if apart > _LIMITS.near_rad else [as_one_angle]
     if shot.start == "free":

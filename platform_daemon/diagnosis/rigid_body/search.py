@@ -22,7 +22,7 @@ from platform_daemon.estimation.rotor_fit.fit import (
     longest_s,
     windows_s,
 )
-from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect, free_parameters
+from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, OFF_DRAWING, Defect, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
@@ -122,11 +122,11 @@ def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
     """
     first = window_s <= _LIMITS.sign_window_s
     if shot.geometry.bearing == "thread":
-        return ("side_damping_per_s", "damping_axis_to_thread") if first else ()
+        return ("side_damping_per_s", "damping_axis_to_thread", *OFF_DRAWING) if first else ()
     if first:
         losses = ("lambda_per_s", "side_damping_per_s", "lean_damping_per_s", "creep_m_per_s", "creep_spin_rad_per_s")
-        return ("distance_m", *losses)
-    return ("distance_m",) if window_s <= _LIMITS.jewel_distance_from_s else ()
+        return ("distance_m", *OFF_DRAWING, *losses)
+    return ("distance_m", *OFF_DRAWING) if window_s <= _LIMITS.jewel_distance_from_s else ()
 
 
 def ranked(
@@ -166,7 +166,19 @@ def ranked(
     astray = [defect for defect in _missing(field) if defect not in tried]
     again = beside_each_other(lambda defect: _late(shot, field[0], defect, pool), astray)
     near += [f for some in again for f in some if rise(f, field[0].fit) < _RIVAL_CHI2]
+    near += _of_better_minimum(shot, field[0], near, pool)
     return sorted([*best.values(), *near], key=total_chi2)
+
+
+def _of_better_minimum(shot: RotorShot, found: _Contestant, late: Sequence[RotorFit], pool: Executor) -> list[RotorFit]:
+    """Fits with the other errors that begin from a late one, where that shows that `found` is no minimum: an error that
+    acts like it leaves much less."""
+    best = min(late, key=total_chi2, default=found.fit)
+    if rise(found.fit, best) < THRESHOLDS.selection.told_apart_chi2:
+        return []
+    leader = _Contestant(best, found.known)
+    others = [defect for defect in DEFECTS if defect != best.defect]
+    return [f for some in beside_each_other(lambda d: _late(shot, leader, d, pool), others) for f in some]
 
 
 def _missing(field: Sequence[_Contestant]) -> list[Defect]:
@@ -277,10 +289,13 @@ def _late(shot: RotorShot, found: _Contestant, missing: Defect, pool: Executor) 
     leader = replace(found.fit, shots=(shot,), stages=found.stages)
     try:
         again = replace(shot, values=_instead(leader, missing, found.known, pool))
-        first_s = _LIMITS.exchange_window_s
+        first_s = FIT_LIMITS.rigid_rotor.window_growth * _LIMITS.exchange_window_s
         return [
-            fit_rotor([again], missing, pool, first_window_s=first_s, whole=False, known=[found.known], beside=leader)
-        ]
+            fit_rotor(
+                [again], missing, pool, first_window_s=first_s, whole=False, known=[found.known], beside=leader,
+                predicts=False,
+            )
+        ]  # fmt: skip
     except RotorFitError:
         return []
 
@@ -292,11 +307,13 @@ def _instead(found: RotorFit, rival: Defect, known: RotorValues, pool: Executor)
     """
     shot, gone = found.shots[0], defect_of(found)
     part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.exchange_window_s)], values=found.values[0])
-    by = found.strength[0] / _LIMITS.exchange_parts
+    part_size = _LIMITS.exchange_part_m if gone == "lateral_displacement_m" else _LIMITS.exchange_part_rad
+    parts = min(_LIMITS.exchange_parts, math.ceil(abs(found.strength[0]) / part_size))
+    by = found.strength[0] / parts
     fit = fit_rotor([part], gone, pool, first_window_s=math.inf, whole=False, known=[known])
     free = free_parameters(shot.geometry, (rival,), shot.start)
     bent, before = dict.fromkeys((p.name for p in free), 0.0), math.inf  # by which the part before left its tangent
-    for _ in range(_LIMITS.exchange_parts):
+    for _ in range(parts):
         size = min(by, getattr(fit.values[0], gone), key=abs)
         (straight,) = exchanged(fit, rival, pool, gone=gone, by=size)
         again = (size / before) ** 2

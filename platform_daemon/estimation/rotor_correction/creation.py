@@ -18,13 +18,13 @@ from platform_daemon.estimation.numerics.blas_threads import one_thread_for_prod
 from platform_daemon.estimation.parameters import RODRIGUES
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.rigid_rotor.equations import LANES
+from platform_daemon.estimation.physics.rigid_rotor.geometry import RotorGeometry
 from platform_daemon.estimation.physics.rigid_rotor.motions import motions_beside
 from platform_daemon.estimation.physics.rigid_rotor.rotor import (
     CoilDrive,
     LostRotorError,
     NoRestError,
     RigidRotor,
-    RotorGeometry,
     RotorValues,
 )
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorGeometry
+from platform_daemon.estimation.physics.rigid_rotor.geometry import RotorGeometry
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
 LIMITS = THRESHOLDS.rigid_rotor
@@ -16,6 +16,8 @@ Start = Literal["rest", "swing", "free"]
 """Of a shot: the drive finds the rotor at rest, or in the swing of the shot before; or nothing is known of the drive,
 and the motion begins with the first sample in any state."""
 DEFECTS: tuple[Defect, ...] = ("stator_tilt_rad", "bearing_tilt_rad", "lateral_displacement_m")
+OFF_DRAWING = ("radius_off_m", "link_off_m")
+"""By which a rotor may differ from its drawing."""
 HELD_WITH_A_DEFECT = (
     "distance_m",
     "side_damping_per_s",
@@ -23,6 +25,7 @@ HELD_WITH_A_DEFECT = (
     "damping_axis_to_thread",
     "creep_m_per_s",
     "creep_spin_rad_per_s",
+    *OFF_DRAWING,
 )
 """What belongs to a specimen as its defect does: fits with an adopted defect hold both."""
 KNOWN_WITH_A_DEFECT = (*HELD_WITH_A_DEFECT, "creep_law", "contact_coupling", "friction_coefficient")
@@ -35,9 +38,11 @@ NEEDED_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "creep_m_per_s", "fr
 class FreeParameter:
     """One free parameter of RotorValues.
 
-    step: of the forward difference; sd: how well it is known beforehand, None: not at all; common: to all shots;
-    logarithmic: it is positive, and step, sd and covariances are those of its logarithm.  What a short window hardly
-    tells stays there within what is known of it.
+    step: of the difference; curved: what it does bends over its step so much that only a central difference tells what
+    the data tell of nothing else; sd: how well it is known beforehand, None: not at all; common: to all shots;
+    logarithmic: it is positive, and step, sd and covariances are those of its logarithm; least: 0, or of a logarithmic
+    one that may be as small as that, and whose steps are shares of it, because what it does goes with it and not with
+    its logarithm.  What a short window hardly tells stays there within what is known of it.
     """
 
     name: str
@@ -45,17 +50,26 @@ class FreeParameter:
     sd: float | None = None
     common: bool = False
     logarithmic: bool = False
+    least: float = 0.0
+    curved: bool = True
+
+    def moves(self, *, centrally: bool) -> tuple[float, ...]:
+        """Steps to the neighbours of which the difference is taken."""
+        return (self.step, -self.step) if self.curved and centrally else (self.step,)
 
     @property
     def most_step(self) -> float:
         """By how much one step may move it."""
-        return LIMITS.most_step_ln if self.logarithmic else math.inf
+        if not self.logarithmic:
+            return math.inf
+        return LIMITS.most_step_share if self.least else LIMITS.most_step_ln
 
     def moved(self, value: float, step: float) -> float:
         """Its value after a step."""
         if not self.logarithmic:
             return value + step
-        return value * math.exp(min(max(step, -self.most_step), self.most_step))
+        bounded = min(max(step, -self.most_step), self.most_step)
+        return max(value * (1.0 + bounded), self.least) if self.least else value * math.exp(bounded)
 
     def apart(self, value: float, other: float) -> float:
         """The step from one value to another one."""
@@ -71,7 +85,7 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: S
     own = [
         FreeParameter(name="f_nat_hz", step=LIMITS.step_f_nat_hz),
         FreeParameter(name="m_r_am2", step=LIMITS.step_m_r_am2),
-        *(FreeParameter(name=f"turn_{axis}_rad", step=LIMITS.step_rad) for axis in "uvw"),
+        *(FreeParameter(name=f"turn_{axis}_rad", step=LIMITS.step_rad, curved=False) for axis in "uvw"),
     ]
     if start == "free":
         own += _free_start(geometry)
@@ -107,6 +121,9 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: S
     if geometry.bearing == "thread":
         name = "damping_axis_to_thread"
         common.append(FreeParameter(name=name, step=LIMITS.step_share, sd=LIMITS.damping_axis_sd, common=True))
+    for name, sd in zip(OFF_DRAWING, (geometry.radius_sd_m, geometry.link_sd_m), strict=True):
+        if sd > 0.0:
+            common.append(FreeParameter(name=name, step=LIMITS.step_m, sd=sd, common=True))
     for defect in defects:
         step = LIMITS.step_m if defect == "lateral_displacement_m" else LIMITS.step_rad
         common.append(FreeParameter(name=defect, step=step, common=True))
@@ -114,11 +131,23 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: S
         own.append(FreeParameter(name="tf_over_i_rad_per_s2", step=LIMITS.step_friction_rad_per_s2))
         # Friction differs from shot to shot by its contact or by its coefficient: neither is common to all.
         own.append(FreeParameter(name="friction_coefficient", step=LIMITS.step_rad, sd=LIMITS.friction_coefficient_sd))
-        for name, step, sd in (
-            ("creep_m_per_s", LIMITS.step_ln, LIMITS.creep_sd_ln),
-            ("creep_spin_rad_per_s", LIMITS.step_weak_ln, LIMITS.creep_spin_sd_ln),
-        ):
-            common.append(FreeParameter(name=name, step=step, sd=sd, common=True, logarithmic=True))
+        common += [
+            FreeParameter(
+                name="creep_m_per_s",
+                step=LIMITS.step_ln,
+                sd=LIMITS.creep_sd_ln,
+                common=True,
+                logarithmic=True,
+                least=LIMITS.least_creep_m_per_s,
+            ),
+            FreeParameter(
+                name="creep_spin_rad_per_s",
+                step=LIMITS.step_weak_ln,
+                sd=LIMITS.creep_spin_sd_ln,
+                common=True,
+                logarithmic=True,
+            ),
+        ]
     return (*own, *common)
 
 

@@ -321,6 +321,8 @@ def settled(
         normal = valley.linearised(values, pool)
         matrix, counts = normal.matrix, normal.counts
         here = here or valley.start(values, normal, pool)
+        if here.total - LIMITS.surely_falls * normal.whole_fall() > to_beat:
+            break
         # Far from the floor no step is more than a direction, and the others need not go along.
         near = normal.total < LIMITS.near_chi2_per_dof * sum(counts)
         widest = layout.most_step if near else np.full(layout.size, np.inf)

@@ -80,6 +80,15 @@ class RigidRotorThresholds:
         AGREEMENT,
     )
 
+    least_creep_m_per_s: float = tuned(
+        2e-5, "m/s", "slip below which a contact creeps, that no fit goes below: at 3e-6 neighbours cannot be followed"
+    )
+    most_step_share: float = tuned(
+        0.9,
+        "1",
+        "of itself, by which a step may change a creep: by its logarithm it took 13 steps in place of 9",
+        STUDY,
+    )
     most_step_ln: float = tuned(0.5, "1", "by which a step may change a logarithm: more leads far starts astray", START)
 
     # What one angle leaves out: one_angle_error
@@ -112,6 +121,13 @@ class RigidRotorThresholds:
     )
     step_share: float = tuned(1e-4, "1", "of the difference for the axis of the damping")
     damping_axis_sd: float = tuned(0.5, "1", "how well that is known: from the rotor's own, 0, to the thread's, 1")
+    radius_sd_share: float = tuned(5e-3, "1", "how well the radius of magnets is known that no file declares")
+    link_sd_share: float = tuned(
+        2e-2,
+        "1",
+        "the same for a thread's length and a cup's radius less the magnet's: rotors by others, whose drawing is off "
+        "by as much, had their errors 2 to 6 % off, 3 to 20 stated errors",
+    )
     creep_sd_ln: float = tuned(1.5, "1", "how well the logarithm of the slip below which a contact creeps is known")
     step_friction_rad_per_s2: float = tuned(3e-3, "rad/s^2", "of the difference for T_f/I, likewise")
     drive_size_sd: float = tuned(0.03, "1", "of the field over the commanded one: transmit calibration and coils")
@@ -172,6 +188,12 @@ class RigidRotorThresholds:
         1.1, "1", "below which that is done: further up such short steps do not reach the floor", START
     )
     at_bound: float = tuned(1.0 - 1e-9, "1", "of a bound, from which on a component is at it")
+    surely_falls: float = tuned(
+        2.0,
+        "1",
+        "times what a whole step promises, by which chi^2 falls at most: the promise at the start of three windows was "
+        "within 1 % of the whole fall",
+    )
     near_chi2_per_dof: float = tuned(
         10.0, "1", "below which all parameters go along with one whose step is limited; not so from far starts", START
     )

@@ -10,7 +10,8 @@ from drivers.specimen import Specimen
 from platform_daemon.core.recordings.recording import Recording
 from platform_daemon.core.settings import load_specimen
 from platform_daemon.design.equations import magnetic_moment
-from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive, RotorGeometry
+from platform_daemon.estimation.physics.rigid_rotor.geometry import RotorGeometry
+from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
 from platform_daemon.estimation.rotor_fit.shot import RotorContext
 from platform_daemon.features.fit.known_moment import declared_specimen
@@ -32,15 +33,20 @@ def assumed_rotor_context(recording: Recording, frame: int, bearing: str) -> Rot
     rotation = None if specimen is None else rotation_from_rodrigues(np.array(specimen.pose.rodrigues_rad))
     if drive is None:
         assumed.append("no drive by a sine is known, so that each motion begins in any state")
-    if specimen is None:
-        if bearing not in BEARINGS:
-            return None
-        specimen, _ = load_specimen(bearing)
-        assumed.append(f"no resonator is declared: magnets and bearing are taken for those of {bearing}.toml")
+    if specimen is not None:
+        geometry = rotor_geometry(specimen)
+    elif bearing in BEARINGS:
+        geometry = rotor_geometry(load_specimen(bearing)[0]).of_another_drawing()
+        link = "cup" if bearing == "jewel" else "thread"
+        assumed.append(
+            f"no resonator is declared: magnets and bearing are taken for those of {bearing}.toml, the magnets' radius "
+            f"within {100.0 * geometry.radius_sd_m / geometry.radius_m:g} %, the {link} within "
+            f"{100.0 * geometry.link_sd_m / geometry.link_m:g} %"
+        )
+    else:
+        return None
     swinging = recording.frame_info[frame].shot > 1
-    return RotorContext(
-        geometry=rotor_geometry(specimen), drive=drive, rotation=rotation, swinging=swinging, assumed=tuple(assumed)
-    )
+    return RotorContext(geometry=geometry, drive=drive, rotation=rotation, swinging=swinging, assumed=tuple(assumed))
 
 
 def _drive(recording: Recording, frame: int) -> CoilDrive | None:

@@ -9,7 +9,8 @@ import pytest
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.physics.models import THREAD
-from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive, RigidRotor, RotorGeometry, RotorValues
+from platform_daemon.estimation.physics.rigid_rotor.geometry import RotorGeometry
+from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive, RigidRotor, RotorValues
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.rotor_correction.corrected_fit import corrected_fit
 from platform_daemon.estimation.rotor_correction.creation import TableBasis, make_table

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -51,6 +51,7 @@ from .equations import (
     USUAL_LOAD_ROOT,
     WEIGHT,
 )
+from .geometry import RotorGeometry
 from .motions import motions_beside
 from .swing import accelerations, padded
 
@@ -77,36 +78,6 @@ class NoRestError(ValueError):
 
 class LostRotorError(ValueError):
     """The motion cannot be followed: the parameters are far from any rotor."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class RotorGeometry:
-    """What the drawing of a resonator says.
-
-    radius_m: of rotor and stator; stator_moment_am2: by design; link_m: length of a thread, or R - r of a jewel's cup;
-    friction_coefficient: mu of the jewel's contact by its materials, 0 for a thread.
-    """
-
-    bearing: Literal["thread", "jewel"]
-    radius_m: float
-    mass_kg: float
-    stator_moment_am2: float
-    link_m: float
-    friction_coefficient: float = 0.0
-
-    @property
-    def inertia_kg_m2(self) -> float:
-        """Of a homogeneous sphere about a diameter."""
-        return 0.4 * self.mass_kg * self.radius_m**2
-
-    def distance_m(self, f_nat_hz: float, m_r_am2: float) -> float:
-        """Of the magnets' centres, such that the stator's design moment gives f_nat with m_r (eq:T_m, eq:omega_nat)."""
-        field_t = self.inertia_kg_m2 * (2.0 * math.pi * f_nat_hz) ** 2 / m_r_am2
-        return float(np.cbrt(PERMEABILITY * self.stator_moment_am2 / field_t))
-
-    def pull_n(self, f_nat_hz: float, distance_m: float) -> float:
-        """Attraction of the magnets, undeflected, N (eq:fm(phi))."""
-        return 3.0 * self.inertia_kg_m2 * (2.0 * math.pi * f_nat_hz) ** 2 / distance_m
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,7 +118,8 @@ class RotorValues:
     which it is turned, in u, v, w; drive_size: times the stated field; drive_delay_s: of the samples; start_angle_rad,
     start_speed_rad_per_s: of the swing at the start of the drive; start_place_*, start_lean_*: of the side modes there,
     the held point's displacement over its link along u and v, and the rotation of the rotor about u and v, each from
-    rest, with their rates; a jewel rolls, so that its place tells the rate of its lean.
+    rest, with their rates; a jewel rolls, so that its place tells the rate of its lean; radius_off_m, link_off_m: by
+    which the drawing is too small.
     """
 
     f_nat_hz: float
@@ -182,6 +154,8 @@ class RotorValues:
     start_lean_v_rad: float = 0.0
     start_lean_u_rad_per_s: float = 0.0
     start_lean_v_rad_per_s: float = 0.0
+    radius_off_m: float = 0.0
+    link_off_m: float = 0.0
 
     @property
     def start(self) -> dict[str, float]:
@@ -198,13 +172,18 @@ class RotorValues:
 class RigidRotor:
     """One shot of a rotor: its motion from rest through the drive, and the dm/dt that follows.
 
-    gravity_m_per_s2: world axes.
+    drawing: from which the values may tell that the rotor differs; gravity_m_per_s2: world axes.
     """
 
-    geometry: RotorGeometry
+    drawing: RotorGeometry
     values: RotorValues
     drive: CoilDrive
     gravity_m_per_s2: tuple[float, float, float] = DOWN_M_PER_S2
+
+    @cached_property
+    def geometry(self) -> RotorGeometry:
+        """As it is."""
+        return self.drawing.other(self.values.radius_off_m, self.values.link_off_m)
 
     @cached_property
     def rotation(self) -> Array:
