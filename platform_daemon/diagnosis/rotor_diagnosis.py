@@ -8,6 +8,7 @@ from .diagnosis_result import Diagnosis
 from .findings.moving_parameters import moving_parameters
 from .findings.rotor_findings import (
     assumed_notes,
+    chi2_beside_one_angle,
     has_model_error,
     leaves_noise,
     perfect_rotor_note,
@@ -32,13 +33,14 @@ def of_rotor(
     if not rotor.sure:
         return _of_perfect_rotor(base, plane, rotor, pool)
     ways = parting(rotor, pool)
-    before, after = cross_validate(base, pool), rotor_scores(rotor)
+    left = chi2_beside_one_angle(rotor, base)
+    before, after = cross_validate(base, pool), rotor_scores(rotor, left)
     return Diagnosis(
         shots=(),
         refused=(),
         model=base.hypothesis.model,
         verdict="explained" if leaves_noise(rotor) and not has_model_error(rotor) else "partly_explained",
-        named=(rotor_effect(rotor, -after.worse_by(before)),),
+        named=(rotor_effect(rotor, left, -after.worse_by(before)),),
         tentative=(),
         why_not="",
         integrity=(),
@@ -77,7 +79,7 @@ def _of_perfect_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingErro
         found=unsearched(base, pool),
         final=base,
         before=cross_validate(base, pool),
-        after=rotor_scores(rotor),
+        after=rotor_scores(rotor, chi2_beside_one_angle(rotor, base)),
         parameters_before=means(base),
         parameters_after=dict(rotor.parameters),
         sigma_before=window_disagreement(base, pool),

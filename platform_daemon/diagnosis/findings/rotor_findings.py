@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 
@@ -30,6 +31,7 @@ _MODEL_ERROR = (
     "that is {:.2g} standard deviations more than noise: friction or damping of the specimen follow another law; "
     "errors are widened by what is left, and the numbers may be off by more"
 )
+_PULL_ONLY = "T_f/I after is that of the magnets' pull alone; the rotor's weight is in the fit beside it"
 _WORTH_SIGMA = THRESHOLDS.rigid_body.worth_sigma
 
 
@@ -48,16 +50,36 @@ def unsearched(base: JointFit, pool: Executor) -> Selection:
     )
 
 
-def rotor_scores(rotor: ManufacturingError) -> CrossValidation:
-    """The ends of the shots, predicted from their beginnings."""
+def rotor_scores(rotor: ManufacturingError, left: Sequence[float]) -> CrossValidation:
+    """The ends of the shots, predicted from their beginnings; left: as `chi2_beside_one_angle` has it."""
     h = rotor.held_out
-    rows = zip(h.chi2, h.dof, h.squares, h.energy, rotor.fit.chi2, strict=True)
+    rows = zip(h.chi2, h.dof, h.squares, h.energy, left, strict=True)
     return CrossValidation(tuple(HeldOutScore(chi2=c, dof=d, squares=s, energy=e, whole=w) for c, d, s, e, w in rows))
 
 
-def rotor_effect(rotor: ManufacturingError, held_out_gain: float) -> AcceptedEffect:
-    """The named manufacturing error with its evidence."""
-    gain = (rotor.before_chi2 - sum(rotor.fit.chi2)) / max(1.0, rotor.fit.chi2_per_dof)
+def chi2_beside_one_angle(rotor: ManufacturingError, fit: JointFit) -> list[float]:
+    """chi^2 of what a rotor leaves of each shot, by the instants and the noise by which a fit of one angle is judged.
+
+    Infinite for a motion that cannot be followed to the end of its record.
+    """
+    left = []
+    for prepared, shot, values in zip(fit.prepared, rotor.fit.shots, rotor.fit.values, strict=True):
+        record = prepared.shot.record
+        seen = np.array(record.samples)
+        count = record.end - record.valid_from  # a rotor's shot ends where the swing has become small
+        try:
+            seen[:, record.valid_from : record.end] -= shot.rotor(values).dm_dt(count, shot.rate_hz)[0]
+        except LostRotorError:
+            left.append(math.inf)
+            continue
+        rest = prepared.at_instants(seen)
+        left.append(float(np.sum(prepared.white(rest - rest.mean(axis=1, keepdims=True)) ** 2)))
+    return left
+
+
+def rotor_effect(rotor: ManufacturingError, left: Sequence[float], held_out_gain: float) -> AcceptedEffect:
+    """The named manufacturing error with its evidence; left: as `chi2_beside_one_angle` has it."""
+    gain = (rotor.before_chi2 - sum(left)) / max(1.0, rotor.fit.chi2_per_dof)
     return AcceptedEffect(
         candidate=Candidate(rotor.effect, held=rotor.held),
         strength=rotor.strength,
@@ -119,19 +141,8 @@ def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVe
     """The rotor leaves only noise, and less than the effects of one angle, by the same instants and noise."""
     if not leaves_noise(rotor):
         return False
-    left = 0.0
-    for prepared, shot, values in zip(final.prepared, rotor.fit.shots, rotor.fit.values, strict=True):
-        record = prepared.shot.record
-        seen = np.array(record.samples)
-        count = record.end - record.valid_from  # a rotor's shot ends where the swing has become small
-        try:
-            seen[:, record.valid_from : record.end] -= shot.rotor(values).dm_dt(count, shot.rate_hz)[0]
-        except LostRotorError:
-            return False
-        rest = prepared.at_instants(seen)
-        left += float(np.sum(prepared.white(rest - rest.mean(axis=1, keepdims=True)) ** 2))
     worth = THRESHOLDS.selection.told_apart_chi2 if verdict == "explained" or not rotor.sure else 0.0
-    return left + worth < final.chi2
+    return sum(chi2_beside_one_angle(rotor, final)) + worth < final.chi2
 
 
 def perfect_rotor_note(rotor: ManufacturingError) -> str:
@@ -155,6 +166,7 @@ def rotor_notes(rotor: ManufacturingError, parting: Sequence[Proposal], *, searc
         f"chi2/dof {fit.chi2_per_dof:.4g} over {fit.window_s:.3g} s",
         *(_MODEL_ERROR.format(rotor.excess_sigma) for _ in range(has_model_error(rotor))),
         "effects of one angle leave more" if searched else "effects of one angle were not searched beside it",
+        *(_PULL_ONLY for _ in range(fit.shots[0].geometry.bearing == "jewel")),
         *(_not_parted(rotor, parting[0]) if parting and parting[0].expected_sigma < _WORTH_SIGMA else ()),
     )
 

@@ -3,12 +3,14 @@
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.rigid_body.each_shot import each_alone
+from platform_daemon.diagnosis.rigid_body.each_shot import _starts, each_alone
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
+from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
 from platform_daemon.estimation.rotor_fit.fit import fit_rotor
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from tests.kit.estimated_rotors import true_rotor
@@ -16,8 +18,6 @@ from tests.kit.rigid_rotors import rigid_specimen
 
 RATE_HZ, SAMPLES = 12000.0, 3000
 SD = np.array([14e-3, 21e-3, 55e-3])
-
-pytestmark = pytest.mark.long
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +45,17 @@ def shot_of(bearing, defects, seed, field_t, *, start, **values):
     )
 
 
+def test_a_shot_begins_turned_against_the_first_one_as_one_angle_has_it(pool):
+    """With a large error one angle takes both for others, in the same way."""
+    first = shot_of("thread", {"stator_tilt_rad": 0.045}, 1, 2e-4, start="rest")
+    true_first, wrong = first.values.rotation, rotation_from_rodrigues(np.array([-0.7, -0.7, -1.4]))
+    turn = rotation_from_rodrigues(np.array([0.0, 0.0, 0.05]))
+    one, other = (replace(first, values=replace(first.values, rotation=r)) for r in (wrong, turn @ wrong))
+    begun, _ = _starts(other, one, [SimpleNamespace(values=[first.values])], pool)
+    assert begun.rotation == pytest.approx(turn @ true_first)
+
+
+@pytest.mark.long
 def test_a_jewels_shot_with_other_friction_is_found_from_the_first_one(pool):
     first = shot_of("jewel", {"stator_tilt_rad": 0.0354}, 1, 4.9e-4, start="rest")
     v = first.values
@@ -67,6 +78,7 @@ def test_a_jewels_shot_with_other_friction_is_found_from_the_first_one(pool):
     assert abs(found - less["tf_over_i_rad_per_s2"]) < 5 * std + 0.01 * found
 
 
+@pytest.mark.long
 def test_a_shot_that_begins_in_the_swing_of_the_one_before_is_found(pool):
     first = shot_of("thread", {"stator_tilt_rad": 0.01}, 3, 2.4e-4, start="rest")
     left = {"start_angle_rad": -0.2, "start_speed_rad_per_s": 250.0}

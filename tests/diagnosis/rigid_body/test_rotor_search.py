@@ -1,12 +1,14 @@
-"""A recording whose drive is not the one that was played."""
+"""A recording whose drive is not the one that was played, and a fit that ended above its minimum."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from platform_daemon.diagnosis.findings.rotor_findings import assumed_notes
+from platform_daemon.diagnosis.rigid_body import search
 from platform_daemon.diagnosis.rigid_body.plane_test import plane_test
 from platform_daemon.diagnosis.rotor_search import rotor_of
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
@@ -43,3 +45,19 @@ def test_a_recorded_drive_that_was_not_played_is_left_out_and_the_tilt_is_right(
     assert abs(value - TILT_RAD) < 4 * std < 0.1 * TILT_RAD
     notes = assumed_notes([p.shot for p in declared.prepared])
     assert [("recorded drive" in note) for note in notes] == [True] * doubted
+
+
+@pytest.mark.parametrize(("late_chi2", "again"), [(99_000.0, 2), (99_995.0, 0), (100_005.0, 0)])
+def test_errors_begin_once_more_from_one_that_shows_that_the_best_was_no_minimum(late_chi2, again, monkeypatch):
+    def fit(defect, chi2):
+        return SimpleNamespace(defect=defect, total_chi2=chi2, chi2_per_dof=1.0)
+
+    tried = []
+    monkeypatch.setattr(
+        search, "_late", lambda _shot, leader, defect, _pool: tried.append((leader, defect)) or [defect]
+    )
+    found = search._Contestant(fit("stator_tilt_rad", 1e5), SimpleNamespace())
+    late = [fit("lateral_displacement_m", 100_002.0), fit("bearing_tilt_rad", late_chi2)]
+    more = search._of_better_minimum(SimpleNamespace(), found, late, SimpleNamespace())
+    assert more == [defect for _, defect in tried] == ["stator_tilt_rad", "lateral_displacement_m"][:again]
+    assert all(leader.fit is late[1] for leader, _ in tried)

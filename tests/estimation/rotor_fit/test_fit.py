@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS as DIAGNOSIS_LIMITS
-from platform_daemon.estimation.physics.rigid_rotor.rotor import NO_DRIVE, STARTS, CoilDrive
+from platform_daemon.estimation.physics.rigid_rotor.rotor import NO_DRIVE, STARTS, CoilDrive, RigidRotor
 from platform_daemon.estimation.rotor_fit.fit import (
     LIMITS,
     RotorFitError,
@@ -81,6 +81,21 @@ def test_two_shots_together_tell_the_tilt_and_their_own_values_from_a_start_far_
     assert windows == sorted(windows)
     assert windows[-1] == pytest.approx(0.7 * SAMPLES / RATE_HZ)
     assert found.places[0]["distance_m"] == found.places[1]["distance_m"]
+
+
+def test_a_thread_of_another_length_has_its_tilt_right_where_the_drawing_may_be_off(pool):
+    """Its side modes tell the length."""
+    shot = shot_of("thread", 6000, (2.4e-4, 0.0, 0.0))
+    noise = np.random.default_rng(3).normal(size=(3, 6000)) * shot.sd[:, None]
+    rotor = RigidRotor(shot.geometry.other(7.5e-6, -2.4e-4), shot.values, shot.drive)
+    made = replace(shot, samples=rotor.dm_dt(6000, shot.rate_hz)[0] + noise)
+    by_drawing = fit_rotor([made], "stator_tilt_rad", pool)
+    found = fit_rotor([replace(made, geometry=shot.geometry.of_another_drawing())], "stator_tilt_rad", pool)
+    off = [abs(f.strength[0] - 0.02) / f.strength[1] for f in (by_drawing, found)]
+    assert off[0] > 6.0
+    assert off[1] < 3.0
+    assert found.chi2_per_dof == pytest.approx(1.0, abs=0.05)
+    assert abs(found.values[0].link_off_m + 2.4e-4) < 3.0 * found.std[0]["link_off_m"] < 2e-4
 
 
 @pytest.mark.long

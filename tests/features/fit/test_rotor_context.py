@@ -27,10 +27,13 @@ def test_what_a_recording_from_elsewhere_does_not_tell_is_assumed_and_said():
     assert rotor_context(recording, 0) is None
     assert assumed_rotor_context(recording, 0, "undamped") is None
     found = assumed_rotor_context(recording, 0, "jewel")
-    assert found.geometry == rotor_geometry(load_specimen("jewel")[0])
+    drawn = rotor_geometry(load_specimen("jewel")[0])
+    assert found.geometry == drawn.of_another_drawing()
+    assert (drawn.radius_sd_m, drawn.link_sd_m) == (0.0, 0.0)
+    assert [found.geometry.radius_sd_m, found.geometry.link_sd_m] == pytest.approx([7.5e-6, 2e-5])
     assert (found.start, found.rotation) == ("free", None)
     assert found.drive_from(0.1) == NO_DRIVE
-    assert ["drive" in found.assumed[0], "jewel.toml" in found.assumed[1]] == [True, True]
+    assert ["drive" in found.assumed[0], "cup within 2 %" in found.assumed[1]] == [True, True]
 
 
 def test_what_a_recording_tells_is_not_assumed(engine_with, tmp_path):
