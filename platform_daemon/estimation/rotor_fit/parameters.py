@@ -38,8 +38,7 @@ NEEDED_WITH_A_DEFECT = ("distance_m", "side_damping_per_s", "creep_m_per_s", "fr
 class FreeParameter:
     """One free parameter of RotorValues.
 
-    step: of the difference; curved: what it does bends over its step so much that only a central difference tells what
-    the data tell of nothing else; sd: how well it is known beforehand, None: not at all; common: to all shots;
+    step: of the forward difference; sd: how well it is known beforehand, None: not at all; common: to all shots;
     logarithmic: it is positive, and step, sd and covariances are those of its logarithm; least: 0, or of a logarithmic
     one that may be as small as that, and whose steps are shares of it, because what it does goes with it and not with
     its logarithm.  What a short window hardly tells stays there within what is known of it.
@@ -51,11 +50,6 @@ class FreeParameter:
     common: bool = False
     logarithmic: bool = False
     least: float = 0.0
-    curved: bool = True
-
-    def moves(self, *, centrally: bool) -> tuple[float, ...]:
-        """Steps to the neighbours of which the difference is taken."""
-        return (self.step, -self.step) if self.curved and centrally else (self.step,)
 
     @property
     def most_step(self) -> float:
@@ -85,7 +79,7 @@ def free_parameters(geometry: RotorGeometry, defects: Iterable[Defect], start: S
     own = [
         FreeParameter(name="f_nat_hz", step=LIMITS.step_f_nat_hz),
         FreeParameter(name="m_r_am2", step=LIMITS.step_m_r_am2),
-        *(FreeParameter(name=f"turn_{axis}_rad", step=LIMITS.step_rad, curved=False) for axis in "uvw"),
+        *(FreeParameter(name=f"turn_{axis}_rad", step=LIMITS.step_rad) for axis in "uvw"),
     ]
     if start == "free":
         own += _free_start(geometry)

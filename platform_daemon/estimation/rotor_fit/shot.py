@@ -158,11 +158,7 @@ class Linearised:
 def linearised(
     shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter], window_s: float, pool: Executor
 ) -> Linearised:
-    """By differences at the steps of the motion itself, m_r by the column of the field's size.
-
-    The data tell weak directions by 10^-4 of what each parameter does, and as much may be the bend over a step: only
-    central differences tell them.  Where a contact sticks, the motion of neighbours is followed no better than that
-    anyway, and the difference is taken ahead, at half the time.
+    """By forward differences at the steps of the motion itself, m_r by the column of the field's size.
 
     Raises NoRestError, LostRotorError.
     """
@@ -183,15 +179,13 @@ def all_linearised(
 
     Raises NoRestError, LostRotorError.
     """
-    rows = [
-        (shot, v, _grouped(shot, v, _with_own_motion(shot, p)), p)
-        for shot, v, p in zip(shots, values, free, strict=True)
-    ]
-    begun = [pool.submit(_motion, shot, v, groups[0], p, window_s) for shot, v, groups, p in rows]
+    rows = [(shot, v, _with_own_motion(shot, p), p) for shot, v, p in zip(shots, values, free, strict=True)]
+    begun = [pool.submit(_motion, shot, v, moved, p, window_s) for shot, v, moved, p in rows]
     motions, waiting = [], []
-    for (shot, v, groups, _), future in zip(rows, begun, strict=True):
+    for (shot, v, moved, _), future in zip(rows, begun, strict=True):
         motion = future.result()
-        waiting.append([pool.submit(_columns, shot, v, group, motion) for group in groups[1:]])
+        groups = [moved[k : k + LANES] for k in range(LANES - 1, len(moved), LANES)]
+        waiting.append([pool.submit(_columns, shot, v, group, motion) for group in groups])
         motions.append(motion)
     for (shot, v, _, p), motion in zip(rows, motions, strict=True):
         found = dict(motion.columns)
@@ -238,32 +232,15 @@ def _of_moment(shot: RotorShot, values: RotorValues, motion: _Motion, found: Map
     return np.asarray(own + values.drive_size / values.m_r_am2 * found[SIZE])
 
 
-def _moves(shot: RotorShot, values: RotorValues, free: FreeParameter) -> tuple[float, ...]:
-    return free.moves(centrally=not shot.rotor(values).sticks)
-
-
-def _grouped(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter]) -> list[list[FreeParameter]]:
-    """Those that one integration moves, in its lanes, of which the first one has one less."""
-    groups, room = list[list[FreeParameter]]([[]]), LANES - 1
-    for p in sorted(free, key=lambda p: p.curved):
-        needed = len(_moves(shot, values, p))
-        if room < needed:
-            groups.append([])
-            room = LANES
-        groups[-1].append(p)
-        room -= needed
-    return groups
-
-
 def _motion(
     shot: RotorShot, values: RotorValues, moved: Sequence[FreeParameter], free: Sequence[FreeParameter], window_s: float
 ) -> _Motion:
     """Raises NoRestError, LostRotorError."""
-    n, late = shot.count(window_s), [p for p in free if p.name == DELAY]
-    late_s = [step for p in late for step in _moves(shot, values, p)]
-    neighbours = _neighbours(shot, values, moved)
+    n, beside = shot.count(window_s), [*moved[: LANES - 1], *(p for p in free if p.name == DELAY)]
+    late_s = [p.step for p in beside if p.name == DELAY]
+    neighbours = _neighbours(shot, values, moved[: LANES - 1])
     samples, others, steps = shot.rotor(values).dm_dt_beside(neighbours, n, shot.rate_hz, late_s=late_s)
-    return _Motion(samples, _differences(shot, values, samples, others, [*moved, *late]), steps)
+    return _Motion(samples, _differences(shot, samples, others, beside), steps)
 
 
 def _columns(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter], motion: _Motion) -> dict[str, Array]:
@@ -271,31 +248,21 @@ def _columns(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter]
     n = motion.samples.shape[1]
     near = shot.rotor(values)
     others, _ = motions_beside(_neighbours(shot, values, free), n, shot.rate_hz, motion.steps, near=near)
-    return _differences(shot, values, motion.samples, others, free)
+    return _differences(shot, motion.samples, others, free)
 
 
 def _neighbours(shot: RotorShot, values: RotorValues, free: Sequence[FreeParameter]) -> list[RigidRotor]:
-    """Rotors of which one parameter is moved by one of its steps."""
-    return [
-        shot.rotor(values.with_numbers({p.name: p.moved(getattr(values, p.name), step)}))
-        for p in free
-        for step in _moves(shot, values, p)
-    ]
+    """Rotors of which one parameter is moved by its step."""
+    return [shot.rotor(values.with_numbers({p.name: p.moved(getattr(values, p.name), p.step)})) for p in free]
 
 
 def _differences(
-    shot: RotorShot,
-    values: RotorValues,
-    samples: Array,
-    others: Sequence[Array | None],
-    free: Sequence[FreeParameter],
+    shot: RotorShot, samples: Array, others: Sequence[Array | None], free: Sequence[FreeParameter]
 ) -> dict[str, Array]:
     """Whitened, per unit of each parameter, by its name.  Raises LostRotorError."""
-    found, motions = {}, iter(others)
-    for p in free:
-        ends = [next(motions) for _ in _moves(shot, values, p)]
-        ahead, behind = ends[0], ends[1] if len(ends) > 1 else samples
-        if ahead is None or behind is None:
+    found = {}
+    for other, p in zip(others, free, strict=True):
+        if other is None:
             raise LostRotorError("the motion of a neighbour cannot be followed")
-        found[p.name] = shot.whitened((ahead - behind) / (len(ends) * p.step))
+        found[p.name] = shot.whitened((other - samples) / p.step)
     return found

@@ -64,25 +64,3 @@ def test_columns_that_take_no_motion_of_their_own_are_what_small_changes_make(na
         low, high = (shot.residual(replace(shot.values, **{parameter: at + s * h}), 1.0) for s in (-1, 1))
         slope = (low - high) / (2.0 * h)
         assert np.abs(by_name[parameter] - slope).max() < 2e-3 * np.abs(slope).max(), parameter
-
-
-def test_columns_are_exact_enough_for_what_the_data_tell_of_each_parameter_alone(pool):
-    """Differences taken ahead are not: the bend over their step is more than what no other parameter can do."""
-    shot = shot_of("jewel", 4800, (4.9e-4, 0.0, 0.0), creep_m_per_s=3e-3)
-    free = free_parameters(shot.geometry, ("stator_tilt_rad",), "rest")
-
-    def columns(size, **other):
-        moved = [replace(p, step=size * p.step, **other) for p in free]
-        return linearised(shot, shot.values, moved, 1.0, pool).columns.astype(np.float64)
-
-    found, finer, ahead = columns(1.0), columns(0.3), columns(1.0, curved=False)
-    off, off_ahead = [], []
-    for k in range(len(free)):
-        others, _ = np.linalg.qr(np.delete(finer, k, axis=0).T)
-        alone = np.linalg.norm(finer[k] - others @ (others.T @ finer[k]))
-        if alone < 1e-3:  # of this the data tell nothing
-            continue
-        off.append(np.linalg.norm(found[k] - finer[k]) / alone)
-        off_ahead.append(np.linalg.norm(ahead[k] - finer[k]) / alone)
-    assert max(off) < 0.5
-    assert max(off_ahead) > 2.0
