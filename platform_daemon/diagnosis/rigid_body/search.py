@@ -33,7 +33,7 @@ _RIVAL_CHI2 = FIT_LIMITS.rigid_rotor.rival_chi2
 
 
 @dataclass(frozen=True)
-class _Contestant:
+class Contestant:
     """An error, with the fit of the last window, what was known beforehand, and the windows before it."""
 
     fit: RotorFit
@@ -51,7 +51,7 @@ class _Contestant:
         values = self.fit.values[0]
         return ContactLaw(values.creep_law, values.contact_coupling)
 
-    def stays(self, field: Sequence[_Contestant], window_s: float) -> bool:
+    def stays(self, field: Sequence[Contestant], window_s: float) -> bool:
         """The window does not exclude it; in a long one a contact's law, which is no name, goes sooner.
 
         field: the best first.
@@ -66,11 +66,11 @@ class _Contestant:
         """Error and law."""
         return self.defect, self.law
 
-    def alike(self, other: _Contestant) -> bool:
+    def alike(self, other: Contestant) -> bool:
         """Both are the same kind with the same sign."""
         return self.kind == other.kind and self.fit.strength[0] * other.fit.strength[0] > 0.0
 
-    def among(self, others: Sequence[_Contestant]) -> bool:
+    def among(self, others: Sequence[Contestant]) -> bool:
         """One of them is the same kind with the same size."""
         size, std = self.fit.strength
         return any(o.kind == self.kind and abs(o.fit.strength[0] - size) < _LIMITS.same_sigma * std for o in others)
@@ -144,7 +144,7 @@ def ranked(
     that; where the last window excludes it, once more from the one that is best then.
     """
     starts = [start for begun, known in _begun(shot, pool) for start in _by_laws(shot, begun, known, pool)]
-    field: list[_Contestant] = []
+    field: list[Contestant] = []
     *growing, longest = windows_s(2.0 * _LIMITS.sign_window_s, longest_s([shot]))
     for window_s in growing:
         field = _narrowed(_fits(shot, window_s, starts, pool), starts, field, window_s, most_chi2_per_dof)
@@ -166,22 +166,22 @@ def ranked(
     astray = [defect for defect in _missing(field) if defect not in tried]
     again = beside_each_other(lambda defect: _late(shot, field[0], defect, pool), astray)
     near += [f for some in again for f in some if rise(f, field[0].fit) < _RIVAL_CHI2]
-    near += _of_better_minimum(shot, field[0], near, pool)
+    near += of_better_minimum(shot, field[0], near, pool)
     return sorted([*best.values(), *near], key=total_chi2)
 
 
-def _of_better_minimum(shot: RotorShot, found: _Contestant, late: Sequence[RotorFit], pool: Executor) -> list[RotorFit]:
+def of_better_minimum(shot: RotorShot, found: Contestant, late: Sequence[RotorFit], pool: Executor) -> list[RotorFit]:
     """Fits with the other errors that begin from a late one, where that shows that `found` is no minimum: an error that
     acts like it leaves much less."""
     best = min(late, key=total_chi2, default=found.fit)
     if rise(found.fit, best) < THRESHOLDS.selection.told_apart_chi2:
         return []
-    leader = _Contestant(best, found.known)
+    leader = Contestant(best, found.known)
     others = [defect for defect in DEFECTS if defect != best.defect]
     return [f for some in beside_each_other(lambda d: _late(shot, leader, d, pool), others) for f in some]
 
 
-def _missing(field: Sequence[_Contestant]) -> list[Defect]:
+def _missing(field: Sequence[Contestant]) -> list[Defect]:
     """Kinds of error that none of them has."""
     there = {c.defect for c in field}
     return [defect for defect in DEFECTS if defect not in there]
@@ -209,22 +209,22 @@ def _fits(
 def _narrowed(
     fits: Sequence[RotorFit | None],
     starts: Sequence[Start],
-    before: Sequence[_Contestant],
+    before: Sequence[Contestant],
     window_s: float,
     most_chi2_per_dof: float,
-) -> list[_Contestant]:
+) -> list[Contestant]:
     """Those that a window does not exclude, the best first.
 
     fits: with `starts`; before: the contestants that these were; empty in the first window.
 
     Raises RotorFitError: no rotor explains the window.
     """
-    field: list[_Contestant] = []
+    field: list[Contestant] = []
     stages = [c.stages for c in before] or [()] * len(starts)
     for fit, start, gone_through in zip(fits, starts, stages, strict=True):
         if fit is None:
             continue
-        one = _Contestant(fit, start.known, (*gone_through, Stage(window_s, fit.values, total_chi2(fit))))
+        one = Contestant(fit, start.known, (*gone_through, Stage(window_s, fit.values, total_chi2(fit))))
         if not one.among(field):
             field.append(one)
     field.sort(key=lambda c: total_chi2(c.fit))
@@ -281,7 +281,7 @@ def _fitted(
         return None
 
 
-def _late(shot: RotorShot, found: _Contestant, missing: Defect, pool: Executor) -> list[RotorFit]:
+def _late(shot: RotorShot, found: Contestant, missing: Defect, pool: Executor) -> list[RotorFit]:
     """The whole shot with another error, that begins from the one that explains it; none if it finds no such rotor.
 
     It is settled only as far as comparing it needs.

@@ -56,8 +56,8 @@ def test_errors_begin_once_more_from_one_that_shows_that_the_best_was_no_minimum
     monkeypatch.setattr(
         search, "_late", lambda _shot, leader, defect, _pool: tried.append((leader, defect)) or [defect]
     )
-    found = search._Contestant(fit("stator_tilt_rad", 1e5), SimpleNamespace())
+    found = search.Contestant(fit("stator_tilt_rad", 1e5), SimpleNamespace())
     late = [fit("lateral_displacement_m", 100_002.0), fit("bearing_tilt_rad", late_chi2)]
-    more = search._of_better_minimum(SimpleNamespace(), found, late, SimpleNamespace())
+    more = search.of_better_minimum(SimpleNamespace(), found, late, SimpleNamespace())
     assert more == [defect for _, defect in tried] == ["stator_tilt_rad", "lateral_displacement_m"][:again]
     assert all(leader.fit is late[1] for leader, _ in tried)
