@@ -43,7 +43,7 @@ def _like(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Exe
     common = [p.name for p in free_parameters(shot.geometry, [defect_of(found)], shot.start) if p.common]
     part = replace(shot, samples=shot.samples[:, :n])
     tried: list[RotorFit] = []
-    for values in _starts(shot, other, fits, pool):
+    for values in starts_like(shot, other, fits, pool):
         tried += _short_fits(replace(part, values=values), found, common, pool)
         if tried and _is_noise(tried[-1], found):
             break
@@ -72,7 +72,7 @@ def _is_noise(fit: RotorFit, first: RotorFit) -> bool:
     return fit.chi2_per_dof < level * max(1.0, first.chi2_per_dof)
 
 
-def _starts(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Executor) -> Iterator[RotorValues]:
+def starts_like(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Executor) -> Iterator[RotorValues]:
     """Start values: as far from one angle's as those of the first shot; where one angle is wrong, the first shot's
     orientation and moment; at rest, and in the swing in which the shot before ended, whose phase nothing tells; without
     a known drive as the first periods show it."""

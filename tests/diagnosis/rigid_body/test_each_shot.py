@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.rigid_body.each_shot import _starts, each_alone
+from platform_daemon.diagnosis.rigid_body.each_shot import each_alone, starts_like
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
 from platform_daemon.estimation.rotor_fit.fit import fit_rotor
@@ -51,7 +51,7 @@ def test_a_shot_begins_turned_against_the_first_one_as_one_angle_has_it(pool):
     true_first, wrong = first.values.rotation, rotation_from_rodrigues(np.array([-0.7, -0.7, -1.4]))
     turn = rotation_from_rodrigues(np.array([0.0, 0.0, 0.05]))
     one, other = (replace(first, values=replace(first.values, rotation=r)) for r in (wrong, turn @ wrong))
-    begun, _ = _starts(other, one, [SimpleNamespace(values=[first.values])], pool)
+    begun, _ = starts_like(other, one, [SimpleNamespace(values=[first.values])], pool)
     assert begun.rotation == pytest.approx(turn @ true_first)
 
 
