@@ -64,7 +64,7 @@ NOT_TUNED = {
     ),
     "physics/rigid_rotor/implicit_step.py": ("slopes of a Hertz disc's friction", {0.2, 0.25, 0.75, 1.5}),
     "physics/rigid_rotor/geometry.py": ("inertia of a sphere, force of a dipole", {0.4, 3.0}),
-    "physics/rigid_rotor/rotor.py": ("force of a dipole, gravity", {3.0, 9.81}),
+    "physics/rigid_rotor/rotor.py": ("cube root of a load, gravity", {3.0, 9.81}),
     "physics/rigid_rotor/swing.py": ("order of the method and its stages", {0.2, 7}),
     "physics/ring_down.py": (QUARTERS, {0.25, 3.0}),
     "physics/rotation.py": ("series of a rotation by a small angle", {12.0, 720.0}),

@@ -21,7 +21,7 @@ from platform_daemon.diagnosis.selection.significance import log_chance
 from platform_daemon.diagnosis.selection.stepwise import Selection
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
-from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError
+from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS
 
 from .accepted_effects import AcceptedEffect
@@ -69,7 +69,7 @@ def chi2_beside_one_angle(rotor: ManufacturingError, fit: JointFit) -> list[floa
         count = record.end - record.valid_from  # a rotor's shot ends where the swing has become small
         try:
             seen[:, record.valid_from : record.end] -= shot.rotor(values).dm_dt(count, shot.rate_hz)[0]
-        except LostRotorError:
+        except (LostRotorError, NoRestError):
             left.append(math.inf)
             continue
         rest = prepared.at_instants(seen)

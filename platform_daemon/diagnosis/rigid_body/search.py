@@ -114,7 +114,7 @@ def _to_beat(fits: Sequence[RotorFit], start: Start) -> float:
 
 
 def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
-    """What a window tells too little of.
+    """What a window tells too little of, how far the rotor is off its drawing among it.
 
     One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth; free in a
     short window of a jewel the distance runs away.  In the shortest windows so do, for a thread, the damping of
@@ -141,7 +141,8 @@ def ranked(
     In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.  So are
     the laws of a jewel's contact: near rest it is not Coulomb's, and which other one is not known.  A kind that has not
     begun or went astray in a window begins from the best one of the last window but one, beside the last window of
-    that; where the last window excludes it, once more from the one that is best then.
+    that; where the last window excludes it, once more from the one that is best then, and all others from a late one
+    that leaves less than the best.
     """
     starts = [start for begun, known in _begun(shot, pool) for start in _by_laws(shot, begun, known, pool)]
     field: list[Contestant] = []
@@ -166,17 +167,27 @@ def ranked(
     astray = [defect for defect in _missing(field) if defect not in tried]
     again = beside_each_other(lambda defect: _late(shot, field[0], defect, pool), astray)
     near += [f for some in again for f in some if rise(f, field[0].fit) < _RIVAL_CHI2]
-    near += of_better_minimum(shot, field[0], near, pool)
-    return sorted([*best.values(), *near], key=total_chi2)
+    near += once_more_from_late(shot, field[0], near, pool)
+    return _apart([*best.values(), *near])
 
 
-def of_better_minimum(shot: RotorShot, found: Contestant, late: Sequence[RotorFit], pool: Executor) -> list[RotorFit]:
+def _apart(fits: Sequence[RotorFit]) -> list[RotorFit]:
+    """Those that the best does not exclude, of one error with one sign and law the best, the best first."""
+    found = list[Contestant]()
+    for fit in sorted(fits, key=total_chi2):
+        one = Contestant(fit, fit.known[0])
+        if not any(one.alike(other) for other in found):
+            found.append(one)
+    return [c.fit for c in found if rise(c.fit, found[0].fit) < _RIVAL_CHI2]
+
+
+def once_more_from_late(shot: RotorShot, found: Contestant, late: Sequence[RotorFit], pool: Executor) -> list[RotorFit]:
     """Fits with the other errors that begin from a late one, where that shows that `found` is no minimum: an error that
     acts like it leaves much less."""
     best = min(late, key=total_chi2, default=found.fit)
     if rise(found.fit, best) < THRESHOLDS.selection.told_apart_chi2:
         return []
-    leader = Contestant(best, found.known)
+    leader = Contestant(best, found.known, best.stages)
     others = [defect for defect in DEFECTS if defect != best.defect]
     return [f for some in beside_each_other(lambda d: _late(shot, leader, d, pool), others) for f in some]
 
@@ -284,7 +295,7 @@ def _fitted(
 def _late(shot: RotorShot, found: Contestant, missing: Defect, pool: Executor) -> list[RotorFit]:
     """The whole shot with another error, that begins from the one that explains it; none if it finds no such rotor.
 
-    It is settled only as far as comparing it needs.
+    It is settled only as far as comparing it needs, and what it predicts begins with its last window before the whole.
     """
     leader = replace(found.fit, shots=(shot,), stages=found.stages)
     try:
@@ -308,7 +319,7 @@ def _instead(found: RotorFit, rival: Defect, known: RotorValues, pool: Executor)
     shot, gone = found.shots[0], defect_of(found)
     part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.exchange_window_s)], values=found.values[0])
     part_size = _LIMITS.exchange_part_m if gone == "lateral_displacement_m" else _LIMITS.exchange_part_rad
-    parts = min(_LIMITS.exchange_parts, math.ceil(abs(found.strength[0]) / part_size))
+    parts = min(_LIMITS.exchange_parts, max(1, math.ceil(abs(found.strength[0]) / part_size)))
     by = found.strength[0] / parts
     fit = fit_rotor([part], gone, pool, first_window_s=math.inf, whole=False, known=[known])
     free = free_parameters(shot.geometry, (rival,), shot.start)

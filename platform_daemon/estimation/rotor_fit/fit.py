@@ -230,7 +230,7 @@ def _stated(
     for shot, v, free, places in zip(shots, values, layout.free, layout.places, strict=True):
         for p, k in zip(free, places, strict=True):
             if p.name == CREEP:
-                apart = p.apart(v.creep_m_per_s, quiet_values(shot, v).creep_m_per_s)
+                apart = p.off(v.creep_m_per_s, quiet_values(shot, v).creep_m_per_s)
                 covariance[k, k] = max(covariance[k, k], apart**2)
     std = np.sqrt(np.abs(np.diag(covariance)))
     return RotorFit(

@@ -70,5 +70,5 @@ class Layout:
         for v, f, free, places in zip(values, first, self.free, self.places, strict=True):
             for p, k in zip(free, places, strict=True):
                 if p.sd is not None:
-                    weight[k], off[k] = p.sd**-2, p.apart(getattr(v, p.name), getattr(f, p.name))
+                    weight[k], off[k] = p.sd**-2, p.off(getattr(v, p.name), getattr(f, p.name))
         return weight, weight * off, float(weight @ off**2)

@@ -63,10 +63,16 @@ class FreeParameter:
         if not self.logarithmic:
             return value + step
         bounded = min(max(step, -self.most_step), self.most_step)
-        return max(value * (1.0 + bounded), self.least) if self.least else value * math.exp(bounded)
+        if not self.least:
+            return value * math.exp(bounded)
+        return max(value * (1.0 + bounded), min(value, self.least))
 
     def apart(self, value: float, other: float) -> float:
-        """The step from one value to another one."""
+        """The step from one value to another one, were it not bounded."""
+        return other / value - 1.0 if self.least else self.off(value, other)
+
+    def off(self, value: float, other: float) -> float:
+        """How far they are apart, as sd and covariances count it."""
         return math.log(other / value) if self.logarithmic else other - value
 
     def per_step(self, value: float) -> float:

@@ -301,8 +301,9 @@ def settled(
     """Values, J^T J, chi^2 and degrees of freedom of each shot, where chi^2 of a window falls no more.
 
     last: no longer window follows, and the fit is not only to be compared; to_beat: chi^2 above which the fit is of no
-    use; left_chi2: predicted fall at which it ends, also where a step brought all but so much of what the whole one
-    promised (in the last window only a step of about a standard error, since J^T J is that of the place before).
+    use, which ends at once where the first whole step does not promise to come near it; left_chi2: predicted fall at
+    which it ends, also where a step brought all but so much of what the whole one promised (in the last window only a
+    step of about a standard error, since J^T J is that of the place before).
 
     Where trials had to be damped more before one led down, the next step keeps that damping, since the valley bends as
     much there; where the first one leads down, the next step is damped less.  The same holds for the room that
@@ -321,7 +322,8 @@ def settled(
         normal = valley.linearised(values, pool)
         matrix, counts = normal.matrix, normal.counts
         here = here or valley.start(values, normal, pool)
-        if here.total - LIMITS.surely_falls * normal.whole_fall() > to_beat:
+        first_promise = LIMITS.surely_falls * max(0.0, normal.whole_fall())
+        if left == most_steps - 1 and here.total - first_promise > to_beat:
             break
         # Far from the floor no step is more than a direction, and the others need not go along.
         near = normal.total < LIMITS.near_chi2_per_dof * sum(counts)

@@ -196,7 +196,7 @@ def _basis(recording: Recording, ask: FitRequest, first: int) -> TableBasis:
     if known is None or known.drive is None or known.rotation is None or specimen is None:
         raise _no_table(model, "the correction begins at rest and follows a drive by a sine of a resonator")
     reference, error = reference_rotor(model, specimen, known.rotation), model.rotor
-    names, matrix = ((), None) if error.covariance is None else covariance_of_adopted(error.covariance)
+    names, matrix = ((), None) if error.covariance is None else covariance_of_adopted(error.covariance, drawn=True)
     sequence = recording.sequence
     return TableBasis(
         model=ask.one_angle.ring_down_model,

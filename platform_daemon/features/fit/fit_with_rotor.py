@@ -78,7 +78,9 @@ def _refined(
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             fit = fit_rotor([shot], None, pool, held=held)
             if error.covariance is not None:
-                fit = with_errors_of_held(fit, *covariance_of_adopted(error.covariance), pool)
+                fit = with_errors_of_held(
+                    fit, *covariance_of_adopted(error.covariance, drawn=known.geometry.drawn), pool
+                )
     except RotorFitError as failed:
         return FitResult("refused", reason=f"rotor: {failed} ({error.id} {error.strength:.4g} is held)")
     found = _result(start, fit, error)
@@ -93,7 +95,7 @@ def _shot(
     at = {name: found[name] * error.ratio.get(name, 1.0) for name in HOLDABLE if name in found}
     turned = rotation_from_rodrigues(np.array([found[n] for n in RODRIGUES]))
     rotation = known.facing(turned)
-    values = adopted_values(error, at, rotation)
+    values = adopted_values(error, at, rotation, drawn=known.geometry.drawn)
     if known.drive is None:
         side, motion = -1.0 if known.turned(turned) else 1.0, start.ring_down()
         phi, per_turn = (each[-1] for each in motion.motion(record.valid_from + 1, record.dt_s))

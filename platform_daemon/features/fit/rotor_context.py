@@ -36,7 +36,7 @@ def assumed_rotor_context(recording: Recording, frame: int, bearing: str) -> Rot
     if specimen is not None:
         geometry = rotor_geometry(specimen)
     elif bearing in BEARINGS:
-        geometry = rotor_geometry(load_specimen(bearing)[0]).of_another_drawing()
+        geometry = rotor_geometry(load_specimen(bearing)[0]).with_tolerances()
         link = "cup" if bearing == "jewel" else "thread"
         assumed.append(
             f"no resonator is declared: magnets and bearing are taken for those of {bearing}.toml, the magnets' radius "

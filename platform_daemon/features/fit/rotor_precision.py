@@ -110,7 +110,7 @@ class _Planned:
         found = expected_fit(self.shot, None, window_s, pool, held=(*self.own, *self.fixed))
         if self.error.covariance is None:
             return found
-        return with_errors_of_held(found, *covariance_of_adopted(self.error.covariance), pool)
+        return with_errors_of_held(found, *covariance_of_adopted(self.error.covariance, drawn=True), pool)
 
 
 def planned_rotor_precision(

@@ -50,7 +50,7 @@ def test_a_recorded_drive_that_was_not_played_is_left_out_and_the_tilt_is_right(
 @pytest.mark.parametrize(("late_chi2", "again"), [(99_000.0, 2), (99_995.0, 0), (100_005.0, 0)])
 def test_errors_begin_once_more_from_one_that_shows_that_the_best_was_no_minimum(late_chi2, again, monkeypatch):
     def fit(defect, chi2):
-        return SimpleNamespace(defect=defect, total_chi2=chi2, chi2_per_dof=1.0)
+        return SimpleNamespace(defect=defect, total_chi2=chi2, chi2_per_dof=1.0, stages=(defect,))
 
     tried = []
     monkeypatch.setattr(
@@ -58,6 +58,6 @@ def test_errors_begin_once_more_from_one_that_shows_that_the_best_was_no_minimum
     )
     found = search.Contestant(fit("stator_tilt_rad", 1e5), SimpleNamespace())
     late = [fit("lateral_displacement_m", 100_002.0), fit("bearing_tilt_rad", late_chi2)]
-    more = search.of_better_minimum(SimpleNamespace(), found, late, SimpleNamespace())
+    more = search.once_more_from_late(SimpleNamespace(), found, late, SimpleNamespace())
     assert more == [defect for _, defect in tried] == ["stator_tilt_rad", "lateral_displacement_m"][:again]
-    assert all(leader.fit is late[1] for leader, _ in tried)
+    assert all((leader.fit, leader.stages) == (late[1], ("bearing_tilt_rad",)) for leader, _ in tried)

@@ -20,6 +20,7 @@ from platform_daemon.estimation.rotor_fit.fit import (
 )
 from platform_daemon.estimation.rotor_fit.parameters import HELD_WITH_A_DEFECT, free_parameters
 from platform_daemon.estimation.rotor_fit.shot import RotorShot, linearised
+from platform_daemon.estimation.rotor_fit.valley import Valley
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 from tests.kit.estimated_rotors import true_rotor
 from tests.kit.rigid_rotors import rigid_specimen
@@ -87,10 +88,10 @@ def test_a_thread_of_another_length_has_its_tilt_right_where_the_drawing_may_be_
     """Its side modes tell the length."""
     shot = shot_of("thread", 6000, (2.4e-4, 0.0, 0.0))
     noise = np.random.default_rng(3).normal(size=(3, 6000)) * shot.sd[:, None]
-    rotor = RigidRotor(shot.geometry.other(7.5e-6, -2.4e-4), shot.values, shot.drive)
+    rotor = RigidRotor(shot.geometry.resized(7.5e-6, -2.4e-4), shot.values, shot.drive)
     made = replace(shot, samples=rotor.dm_dt(6000, shot.rate_hz)[0] + noise)
     by_drawing = fit_rotor([made], "stator_tilt_rad", pool)
-    found = fit_rotor([replace(made, geometry=shot.geometry.of_another_drawing())], "stator_tilt_rad", pool)
+    found = fit_rotor([replace(made, geometry=shot.geometry.with_tolerances())], "stator_tilt_rad", pool)
     off = [abs(f.strength[0] - 0.02) / f.strength[1] for f in (by_drawing, found)]
     assert off[0] > 6.0
     assert off[1] < 3.0
@@ -139,6 +140,33 @@ def test_a_start_beyond_any_rotor_is_refused_in_words(pool):
     shot, truth = tilted(3)
     with pytest.raises(RotorFitError, match=r"balance nowhere|cannot be followed"):
         fit_rotor([replace(shot, values=replace(truth, stator_tilt_rad=1.5))], "stator_tilt_rad", pool)
+
+
+def test_a_creep_moves_by_shares_down_to_its_least_and_a_damping_by_its_logarithm():
+    free = {p.name: p for p in free_parameters(shot_of("jewel", 10, (0.0, 0.0, 0.0)).geometry, (), "rest")}
+    creep, damping = free["creep_m_per_s"], free["side_damping_per_s"]
+    assert creep.moved(1e-3, -0.4) == pytest.approx(6e-4)
+    assert creep.moved(1e-3, -3.0) == pytest.approx(1e-4)
+    assert creep.moved(1e-4, -3.0) == LIMITS.least_creep_m_per_s
+    assert creep.moved(1e-6, -1e-4) == creep.moved(1e-6, 0.0) == 1e-6  # of a model of before
+    assert creep.moved(1e-3, creep.apart(1e-3, 1.7e-3)) == pytest.approx(1.7e-3)
+    assert damping.moved(2.0, damping.apart(2.0, 3.0)) == pytest.approx(3.0)
+    assert damping.moved(2.0, 5.0) == pytest.approx(2.0 * math.exp(0.5))
+    assert creep.off(1e-3, 2e-3) == pytest.approx(math.log(2.0))
+
+
+def test_a_fit_ends_at_once_whose_first_step_does_not_promise_enough(pool, monkeypatch):
+    shot, truth = tilted(5)
+    made = [replace(shot, values=replace(truth, f_nat_hz=truth.f_nat_hz + 1e-3))]
+    least = fit_rotor(made, "stator_tilt_rad", pool, first_window_s=math.inf, whole=False).total_chi2
+    trials = []
+    trial = Valley.trial
+    monkeypatch.setattr(Valley, "trial", lambda *of: trials.append(of) or trial(*of))
+    with pytest.raises(RotorFitError, match="another rotor explains"):
+        fit_rotor(made, "stator_tilt_rad", pool, first_window_s=math.inf, whole=False, to_beat=0.5 * least)
+    assert trials == []
+    assert fit_rotor(made, "stator_tilt_rad", pool, first_window_s=math.inf, whole=False, to_beat=1.01 * least)
+    assert trials
 
 
 def test_the_last_window_but_one_ends_where_the_diagnosis_splits_a_single_shot():

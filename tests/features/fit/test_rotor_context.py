@@ -28,7 +28,7 @@ def test_what_a_recording_from_elsewhere_does_not_tell_is_assumed_and_said():
     assert assumed_rotor_context(recording, 0, "undamped") is None
     found = assumed_rotor_context(recording, 0, "jewel")
     drawn = rotor_geometry(load_specimen("jewel")[0])
-    assert found.geometry == drawn.of_another_drawing()
+    assert found.geometry == drawn.with_tolerances()
     assert (drawn.radius_sd_m, drawn.link_sd_m) == (0.0, 0.0)
     assert [found.geometry.radius_sd_m, found.geometry.link_sd_m] == pytest.approx([7.5e-6, 2e-5])
     assert (found.start, found.rotation) == ("free", None)

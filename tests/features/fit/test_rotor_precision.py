@@ -10,6 +10,7 @@ from drivers.errors import InputError
 from platform_daemon.core.schemas.fits import Covariance
 from platform_daemon.core.schemas.requests import SequencePatch
 from platform_daemon.core.settings import load_specimen
+from platform_daemon.features.fit.adopted_rotor import adopted_values, covariance_of_adopted
 from platform_daemon.features.fit.precision import planned_precision
 from platform_daemon.features.models.adopted_model import AdoptedModel
 from platform_daemon.features.models.library import Library
@@ -150,3 +151,18 @@ def test_it_is_what_a_fit_of_a_measured_shot_states(tmp_path, shot):
     fit = json.loads((tmp_path / "f.json").read_text())["frames"][0]["parameters"]
     for name, std in json.loads((tmp_path / "p.json").read_text())["windows"][0]["std"].items():
         assert fit[name]["std"] == pytest.approx(std, rel=0.05), name
+
+
+def test_how_far_another_drawing_was_off_is_nothing_where_the_resonator_has_its_own():
+    """A model that was adopted from a recording which declares no resonator."""
+    names = ("stator_tilt_rad", "distance_m", "link_off_m")
+    known = Covariance(parameters=names, matrix=tuple(map(tuple, np.diag([1e-8, 1e-14, 1e-10]).tolist())))
+    alone = Covariance(parameters=names[:2], matrix=tuple(map(tuple, np.diag([1e-8, 1e-14]).tolist())))
+    from_elsewhere, own = tilted(covariance=known), tilted(covariance=alone)
+    from_elsewhere.rotor.held["link_off_m"] = 3e-4
+    found, wanted = (predicted(model).windows[0].std for model in (from_elsewhere, own))
+    assert found == pytest.approx(wanted)
+    at = {"f_nat_hz": 215.0, "m_r_am2": 0.011, "lambda_per_s": 0.2}
+    used = [adopted_values(from_elsewhere.rotor, at, np.eye(3), drawn=drawn).link_off_m for drawn in (True, False)]
+    assert used == [0.0, 3e-4]
+    assert covariance_of_adopted(known, drawn=False)[0] == names

@@ -33,13 +33,24 @@ class RotorGeometry:
     radius_sd_m: float = 0.0
     link_sd_m: float = 0.0
 
-    def other(self, radius_off_m: float, link_off_m: float) -> RotorGeometry:
-        """The same with a radius and a link that are so much larger, and magnets of the same density."""
-        radius_m = self.radius_m + radius_off_m
-        mass_kg = self.mass_kg * (radius_m / self.radius_m) ** 3
-        return replace(self, radius_m=radius_m, mass_kg=mass_kg, link_m=self.link_m + link_off_m)
+    @property
+    def drawn(self) -> bool:
+        """By the resonator's own drawing, which holds."""
+        return self.radius_sd_m == 0.0 and self.link_sd_m == 0.0
 
-    def of_another_drawing(self) -> RotorGeometry:
+    def resized(self, radius_off_m: float, link_off_m: float) -> RotorGeometry:
+        """The same with a radius and a link that are so much larger, and magnets of the same material."""
+        radius_m = self.radius_m + radius_off_m
+        larger = (radius_m / self.radius_m) ** 3
+        return replace(
+            self,
+            radius_m=radius_m,
+            mass_kg=larger * self.mass_kg,
+            stator_moment_am2=larger * self.stator_moment_am2,
+            link_m=self.link_m + link_off_m,
+        )
+
+    def with_tolerances(self) -> RotorGeometry:
         """The same for a resonator that is only like this one."""
         radius_sd_m, link_sd_m = LIMITS.radius_sd_share * self.radius_m, LIMITS.link_sd_share * self.link_m
         return replace(self, radius_sd_m=radius_sd_m, link_sd_m=link_sd_m)

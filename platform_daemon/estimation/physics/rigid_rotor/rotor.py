@@ -182,8 +182,8 @@ class RigidRotor:
 
     @cached_property
     def geometry(self) -> RotorGeometry:
-        """As it is."""
-        return self.drawing.other(self.values.radius_off_m, self.values.link_off_m)
+        """The drawing with what the values tell to be off."""
+        return self.drawing.resized(self.values.radius_off_m, self.values.link_off_m)
 
     @cached_property
     def rotation(self) -> Array:
@@ -278,8 +278,10 @@ class RigidRotor:
 
     def rest(self) -> Array:
         """The state (STATES,) of equilibrium without friction.  Raises NoRestError."""
-        if not (self.values.distance_m > self.geometry.radius_m and self.values.m_r_am2 > 0.0):
-            raise NoRestError(f"magnets {self.values.distance_m:.3g} m apart with {self.values.m_r_am2:.3g} A m^2")
+        radius_m, link_m = self.geometry.radius_m, self.geometry.link_m
+        if not (self.values.distance_m > radius_m > 0.0 and link_m > 0.0 and self.values.m_r_am2 > 0.0):
+            magnets = f"magnets {self.values.distance_m:.3g} m apart with {self.values.m_r_am2:.3g} A m^2"
+            raise NoRestError(f"{magnets}, a radius of {radius_m:.3g} m and a link of {link_m:.3g} m")
         p = self.parameters.copy()
         p[[FRICTION, DAMPING, SIDE_DAMPING, LEAN_DAMPING]] = 0.0
         tilt = 0.0 if p[JEWEL] else self.values.bearing_tilt_rad
