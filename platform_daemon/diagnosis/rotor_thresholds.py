@@ -64,7 +64,8 @@ class RigidBody:
     start_phases: int = 8  # of a swing that is left of the shot before, at which a fit begins [unset]
     like_first_sigma: float = 3.0  # of chi2/dof of another shot's short window, up to which a start is right [unset]
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
-    given_up_chi2_per_dof: float = 1.3  # the same of a window where a rotor counts only if it leaves noise [unset]
+    # the same of a window where a rotor counts only if it leaves noise; one of 1.13 had 1.33 minutes later [unset]
+    given_up_chi2_per_dof: float = 1.1
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
     doubtful_sigma: float = 5.0  # of a drive's size and delay, and of chi2/dof, beyond which it is left out [unset]
     worth_sigma: float = 1.0  # by which a measurement would part look-alikes, at least; less is none [digits]
