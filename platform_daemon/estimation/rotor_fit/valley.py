@@ -322,8 +322,8 @@ def settled(
         normal = valley.linearised(values, pool)
         matrix, counts = normal.matrix, normal.counts
         here = here or valley.start(values, normal, pool)
-        first_promise = LIMITS.surely_falls * max(0.0, normal.whole_fall())
-        if left == most_steps - 1 and here.total - first_promise > to_beat:
+        begins = left == most_steps - 1
+        if begins and here.total - LIMITS.surely_falls * max(0.0, normal.whole_fall()) > to_beat:
             break
         # Far from the floor no step is more than a direction, and the others need not go along.
         near = normal.total < LIMITS.near_chi2_per_dof * sum(counts)

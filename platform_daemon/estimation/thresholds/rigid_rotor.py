@@ -86,8 +86,7 @@ class RigidRotorThresholds:
     most_step_share: float = tuned(
         0.9,
         "1",
-        "of itself, by which a step may change a creep: by its logarithm it took 13 steps in place of 9",
-        STUDY,
+        "of itself, by which a step may change a creep: by its logarithm it took 13 steps in place of 9, in one window",
     )
     most_step_ln: float = tuned(0.5, "1", "by which a step may change a logarithm: more leads far starts astray", START)
 
