@@ -28,6 +28,7 @@ from .findings.rotor_findings import (
 )
 from .findings.shot_strengths import strengths_by_shot
 from .findings.side_modes import with_side_modes
+from .findings.undeclared_weight import with_undeclared_weight
 from .findings.verdict import assess_diagnosis
 from .fluctuation.fluctuating import what_may_fluctuate
 from .fluctuation_diagnosis import fitted_shots, may_fluctuate, of_fluctuation
@@ -265,7 +266,8 @@ def _of_effects(
     alike = [r.candidate for n in named for r in n.confounders]
     small = negligible_effects(searched.table, searched.dropped, found.trials, pool) if verdict == "explained" else []
     spanned = widened(exact, _other_explanations(named, small))
-    spanned, side_modes = with_side_modes(spanned, first, model)
+    wider, side_modes = with_side_modes(spanned, first, model)
+    wider, weight = with_undeclared_weight(wider, final)
     return Diagnosis(
         shots=(),
         refused=(),
@@ -280,7 +282,7 @@ def _of_effects(
         before=searched.before,
         after=searched.after,
         parameters_before=means(found.base),
-        parameters_after=spanned,
+        parameters_after=wider,
         sigma_before=window_disagreement(found.base, pool),
         sigma_after=window_disagreement(final, pool),
         torque=torque,
@@ -301,6 +303,7 @@ def _of_effects(
             *searched.doubts,
             *undecided(exact, spanned),
             *side_modes,
+            *weight,
         ),
         seconds=0.0,
     )

@@ -21,6 +21,7 @@ from .findings.moving_parameters import moving_parameters
 from .findings.next_measurements import proposals
 from .findings.notes import undecided
 from .findings.rotor_findings import unsearched
+from .findings.undeclared_weight import with_undeclared_weight
 from .fluctuation.fluctuating import Fluctuating
 from .fluctuation.search import FoundFluctuation, fits_at_neighbouring_processes, fluctuation_of
 from .fluctuation.window_courses import window_disagreement_of_courses
@@ -74,6 +75,7 @@ def _told(base: JointFit, found: FoundFluctuation, candidates: Sequence[Candidat
     neighbours = [(means(moved), times) for moved, times in fits_at_neighbouring_processes(found, pool)]
     exact, alike = with_scales(means(final), neighbours), [r for n in named for r in n.confounders]
     spanned = widened(exact, [(means(r.joint_fit), r.rise) for r in alike if r.joint_fit is not None])
+    wider, weight = with_undeclared_weight(spanned, final)
     doubts = _doubts(final, named, after)
     return Diagnosis(
         shots=(),
@@ -89,13 +91,13 @@ def _told(base: JointFit, found: FoundFluctuation, candidates: Sequence[Candidat
         before=before,
         after=after,
         parameters_before=means(base),
-        parameters_after=spanned,
+        parameters_after=wider,
         sigma_before=window_disagreement(base, pool),
         sigma_after=window_disagreement_of_courses(final, pool),
         torque=None,
         moving=moving_parameters(base, pool),
         next_measurements=tuple(proposals([ambiguity_of(n, final, pool) for n in named if n.confounders], 0.0)),
-        notes=(*_notes(found, named), *undecided(exact, spanned), *doubts),
+        notes=(*_notes(found, named), *undecided(exact, spanned), *doubts, *weight),
         seconds=0.0,
     )
 

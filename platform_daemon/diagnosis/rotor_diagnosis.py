@@ -19,6 +19,7 @@ from .findings.rotor_findings import (
     worth_measuring,
 )
 from .findings.rotor_parting import parting
+from .findings.undeclared_weight import with_weight_in_friction
 from .regression.cross_validation import cross_validate
 from .regression.joint_fit import JointFit
 from .regression.parameters import means, window_disagreement
@@ -49,7 +50,7 @@ def of_rotor(
         before=before,
         after=after,
         parameters_before=means(base),
-        parameters_after=dict(rotor.parameters),
+        parameters_after=with_weight_in_friction(rotor.parameters, rotor.fit.shots[0].geometry),
         sigma_before=window_disagreement(base, pool),
         sigma_after={},
         torque=None,
@@ -81,7 +82,7 @@ def _of_perfect_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingErro
         before=cross_validate(base, pool),
         after=rotor_scores(rotor, chi2_beside_one_angle(rotor, base)),
         parameters_before=means(base),
-        parameters_after=dict(rotor.parameters),
+        parameters_after=with_weight_in_friction(rotor.parameters, rotor.fit.shots[0].geometry),
         sigma_before=window_disagreement(base, pool),
         sigma_after={},
         torque=None,

@@ -27,8 +27,8 @@ _SEQUENCES = {
     "jewel": {"f_tx_hz": 212.0, "tx_periods": 10, "switch_s": 0.01105, "rx_s": 2.0, "pause_s": 1.0},
 }
 _HIGHEST_T = {"thread": 330e-6, "jewel": 740e-6}  # of a ramp: 1.2 of the paper's B_max (ssec:measurement_sequence)
-# Of --quick: from 80 % of the paper's field on, as half of it takes twice the shots; steps of 1/20 of that field.
-_QUICK_FIELDS = {"thread": {"start_t": 170e-6, "step_t": 10e-6}, "jewel": {"start_t": 390e-6, "step_t": 25e-6}}
+# Of --quick: from 80 % of the paper's field on, as half of it takes twice the shots; steps of a tenth of that field.
+_QUICK_FIELDS = {"thread": {"start_t": 170e-6, "step_t": 20e-6}, "jewel": {"start_t": 390e-6, "step_t": 50e-6}}
 # Of on-line fits, by which tune and ramp go: a thread whose f_nat settles after the burst (thread_published) is refused
 # over D30 at small swings; a jewel's two losses cannot be told apart over N50.
 _WINDOWS = {"thread": "n50", "jewel": "d30"}

@@ -12,6 +12,7 @@ from platform_daemon.design.equations import (
     PRINTED_FRICTION_TORQUE_NM,
     friction_coefficient_of,
 )
+from platform_daemon.features.characterise.schema import WindowComparison
 
 from .break_even import JEWEL_N50, THREAD_N50, smallest_error_deg
 from .findings import Findings, Value
@@ -121,16 +122,26 @@ def relative(paper: float) -> Because:
     return because
 
 
+def chance_of_as_many(row: WindowComparison) -> float | None:
+    """p of the paired t test if the paper's number of shots had the difference and the scatter of these; None: no
+    test was made."""
+    if row.p_value is None or row.shots < 2:
+        return None
+    t = float(stats.t.isf(0.5 * row.p_value, row.shots - 1)) * math.sqrt(SHOTS / row.shots)
+    return 2.0 * float(stats.t.sf(t, SHOTS - 1))
+
+
 def significance(variant: str, name: str) -> Because:
     """Of a statement that the means of two windows differ, or do not: what as many shots as in the paper would say."""
 
     def because(found: Findings, ours: Value) -> str:
         report = found.report(variant)
         row = next((each for each in report.comparisons if each.quantity == name), None) if report else None
-        if row is None or row.p_value is None or row.difference is None or row.shots >= SHOTS:
-            return "" if row is None or row.difference is None else f"the mean difference is {row.difference:.3g} (SI)"
-        t = float(stats.t.isf(0.5 * row.p_value, row.shots - 1)) * math.sqrt(SHOTS / row.shots)
-        of_all = 2.0 * float(stats.t.sf(t, SHOTS - 1))
+        of_all = None if row is None else chance_of_as_many(row)
+        if row is None or row.difference is None:
+            return ""
+        if of_all is None or row.shots >= SHOTS:
+            return f"the mean difference is {row.difference:.3g} (SI)"
         return (
             f"the mean difference is {row.difference:.3g} (SI), p = {row.p_value:.2g} of {row.shots} shots; the same "
             f"difference and scatter of {SHOTS} shots would have p = {of_all:.2g}"

@@ -134,6 +134,21 @@ def test_a_break_even_point_is_judged_with_its_interval_and_its_absence_has_a_re
 
 
 @pytest.mark.long
+@pytest.mark.parametrize(("p_value", "verdict"), [(2e-2, "agrees"), (0.5, "differs")])
+def test_few_shots_are_judged_by_what_the_papers_hundred_would_say_of_them(report, p_value, verdict):
+    """Ten shots cannot pass a test at 0.001 that a hundred of the same difference and scatter pass."""
+    rows = [
+        row.model_copy(update={"shots": 10, "p_value": p_value, "significant": False, "difference": 1e-3})
+        for row in report.comparisons
+    ]
+    found = claims_of(Findings({"jewel": outcome(report.model_copy(update={"comparisons": tuple(rows)}))}))
+    differs = by_what(found, "jewel: f_nat of N50 and D30 differ significantly at alpha = 0.001")
+    assert differs.verdict == verdict
+    assert "100 shots of the same difference and scatter" in differs.why
+    same = by_what(found, "jewel: psi_start of N50 and D30 differ significantly at alpha = 0.001")
+    assert (same.paper, same.ours) == ("no", "no")  # where the paper finds none, these shots alone are asked
+
+
 def test_the_folder_of_what_needs_no_measurement_is_whole(unmeasured, tmp_path):
     write_claims(tmp_path, unmeasured, {}, {}, None)
     for name in ("F_tan_over_epsilon", "F_tan_over_delta_y", "equilibrium_positions_defects", "simulation_lambda"):
@@ -243,7 +258,7 @@ def test_ramps_of_a_quick_campaign_begin_at_four_fifths_of_the_papers_field_and_
             for ramp, short in ((True, True), (True, False), (False, True))
         )
         assert quick.ramp.start_t == pytest.approx(0.8 * paper_t, rel=0.02)
-        assert quick.ramp_request().step_t == pytest.approx(paper_t / 20.0, rel=0.1)
+        assert quick.ramp_request().step_t == pytest.approx(paper_t / 10.0, rel=0.1)
         assert (whole.ramp.start_t, whole.ramp_request().step_t) == (None, 10e-6)
         assert none.ramp is None
 
