@@ -1,8 +1,8 @@
 """The diagnosis on jewels and threads with drawn effects that make N50 and D30 disagree, as the paper's do.
 
-Are the effects named, and do the two windows agree afterwards?  A jewel has a friction that fluctuates, a thread a
-frequency that settles or a dry friction; beside it there may be a channel that reads too little. Nobody tells the
-diagnosis. As a program it prints a row for each resonator, then the shares:
+Are the effects named, and do the two windows agree afterwards?  A jewel has a friction or a frequency that fluctuates,
+a thread a frequency that settles or a dry friction; beside it there may be a channel that reads too little. Nobody
+tells the diagnosis. As a program it prints a row for each resonator, then the shares:
 python -m tests.campaigns.paper_loop --variant jewel --count 20 --seed 1
 """
 
@@ -79,7 +79,9 @@ def drawn_effects(variant: str, rng: np.random.Generator) -> tuple[dict[str, Any
     found: list[dict[str, Any]] = []
     if variant == "jewel":
         share, tau_s = math.exp(rng.uniform(math.log(0.05), math.log(0.3))), math.exp(rng.uniform(-3.0, -1.2))
-        found.append({"id": "friction_fluctuation", "strength": share, "tau_s": tau_s})
+        # Of 5 to 30 %, or of 0.05 to 0.3 Hz.
+        what = "friction_fluctuation" if rng.uniform() < 0.5 else "frequency_fluctuation"
+        found.append({"id": what, "strength": share, "tau_s": tau_s})
     elif rng.uniform() < 0.5:
         rate = math.copysign(rng.uniform(0.05, 0.3), rng.uniform(-1.0, 1.0))
         found.append({"id": "frequency_drift", "strength": rate, "tau_s": rng.uniform(0.2, 0.8)})

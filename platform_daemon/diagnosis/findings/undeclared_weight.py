@@ -2,7 +2,7 @@
 
 A rotor presses into its cup by the pull of the magnets and by its own weight, one per cent of it: on the cup where
 the stator is below, off it where the stator is above.  A recording without a resonator does not tell which, and noise
-hardly shows it: chi^2 of a shot differs by ten, lambda and T_f/I by one per cent, which may be a hundred of their errors.
+hardly shows it: chi^2 of a shot differs by ten, lambda and T_f/I by one per cent, which may be a hundred errors.
 """
 
 from __future__ import annotations

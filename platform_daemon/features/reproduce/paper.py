@@ -280,8 +280,8 @@ def _significance(variant: str) -> Iterator[PaperNumber]:
             "yes" if printed_as_different else "no",
             differs,
             CHARACTERISE,
-            "paired t test over the shots of this campaign, corrected after Holm; where the paper's 100 shots differ and "
-            "this campaign has fewer, what 100 shots of the same difference and scatter would say",
+            "paired t test over the shots of this campaign, corrected after Holm; where the paper's 100 shots differ "
+            "and this campaign has fewer, what 100 shots of the same difference and scatter would say",
             reasons.significance(variant, name),
         )
 
