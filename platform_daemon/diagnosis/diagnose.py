@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from platform_daemon.estimation.physics.models import RingDownModel
 
 from .diagnosis_result import Diagnosis
-from .effect_search import declared_fit, selected_effects
+from .effect_search import selected_effects
 from .effects.effect import Candidate
 from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, not_accepted
 from .findings.ambiguity import ambiguity_of
@@ -153,7 +153,7 @@ def _diagnose(
     for what in what_may_fluctuate(model) if not gaps and may_fluctuate(prepared) else ():
         progress(f"a {what.noun} that may fluctuate", 0.15)
         some = fitted_shots(prepared, what.most_shots)
-        by_course = of_fluctuation(declared_fit(some, model, pool), what, pool)
+        by_course = of_fluctuation(some, model, what, pool)
         if by_course is not None:
             more = len(some) < len(prepared)
             fitted = [f"of {len(prepared)} shots {len(some)}, evenly spread, are fitted"] if more else []

@@ -9,10 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 from .diagnosis_result import Diagnosis
-from .effect_search import candidates_for
+from .effect_search import candidates_for, declared_fit
 from .effects.effect import Candidate, Detail
 from .effects.fluctuation import FREQUENCY_FLUCTUATION
 from .findings.accepted_effects import AcceptedEffect
@@ -22,6 +23,7 @@ from .findings.next_measurements import proposals
 from .findings.notes import undecided
 from .findings.rotor_findings import unsearched
 from .findings.undeclared_weight import with_undeclared_weight
+from .fluctuation.flat_noise import with_flat_noise
 from .fluctuation.fluctuating import Fluctuating
 from .fluctuation.search import FoundFluctuation, fits_at_neighbouring_processes, fluctuation_of
 from .fluctuation.window_courses import window_disagreement_of_courses
@@ -35,6 +37,11 @@ from .selection.significance import log_chance
 from .shots.shot import PreparedShot
 from .thresholds import THRESHOLDS
 
+_FLAT = (
+    "no blank shots tell the noise, and between the harmonics stands what the fluctuation makes of them: the noise is "
+    "taken for flat, of the level far above them"
+)
+
 
 def may_fluctuate(prepared: Sequence[PreparedShot]) -> bool:
     """True for shots in which a fluctuation is sought: two or more of a dipole."""
@@ -46,12 +53,23 @@ def fitted_shots(prepared: Sequence[PreparedShot], most: int) -> list[PreparedSh
     return [prepared[round(at)] for at in np.linspace(0, len(prepared) - 1, min(len(prepared), most))]
 
 
-def of_fluctuation(base: JointFit, what: Fluctuating, pool: Executor) -> Diagnosis | None:
+def of_fluctuation(
+    prepared: Sequence[PreparedShot], model: RingDownModel, what: Fluctuating, pool: Executor
+) -> Diagnosis | None:
     """The diagnosis of shots in which something fluctuates, without shots, defects of the data, and time.
 
-    base: the fit of the declared model.  None: it explains nothing, or all shots have the same course.
+    prepared: the shots that are fitted.  None: it explains nothing, or all shots have the same course.
     It is tried before other effects, because some of them imitate its course in each shot, and none in all of them.
     """
+    flat = with_flat_noise(prepared)
+    found = None if flat is None else _of_fluctuation(declared_fit(flat, model, pool), what, pool)
+    if found is not None:
+        return replace(found, notes=(*found.notes, _FLAT))
+    return _of_fluctuation(declared_fit(prepared, model, pool), what, pool)
+
+
+def _of_fluctuation(base: JointFit, what: Fluctuating, pool: Executor) -> Diagnosis | None:
+    """base: the fit of the declared model."""
     if base.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
         return None
     candidates = candidates_for(base)

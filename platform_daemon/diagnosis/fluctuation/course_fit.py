@@ -20,7 +20,7 @@ from platform_daemon.diagnosis.regression.information import inverse, solved
 from platform_daemon.diagnosis.regression.linearised_shot import orthonormal
 from platform_daemon.diagnosis.shots.linearisation import linearise_signal
 from platform_daemon.diagnosis.shots.shot import PreparedShot
-from platform_daemon.diagnosis.shots.torque_course import CourseState
+from platform_daemon.diagnosis.shots.torque_course import CourseState, ProcessNoise
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
@@ -167,6 +167,10 @@ def linearise_course(
     own += [prepared.white(c.columns(found)) for c in beside if c.columns is not None]
     if rows is not None:
         base, knots, residual, own = base[:, rows], knots[:, rows], residual[rows], [x[:, rows] for x in own]
+    pumped, root = found.pumped_amplitude(state.course)
+    if len(pumped):
+        walk = ProcessNoise.of(pumped if rows is None else pumped[:, rows], root)
+        base, knots, residual, *own = (walk.taken_out(x) for x in (base, knots, residual, *own))
     q = orthonormal(np.concatenate(own).T)
     base, knots, residual = (x - (x @ q) @ q.T for x in (base, knots, residual))
     return CourseFit(state=state, base=base.T, knots=knots.T, free=free, residual=residual)

@@ -18,6 +18,8 @@ from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.torques.torque_course import SINE
 
+from .process import CourseProcess
+
 _LIMITS = THRESHOLDS.fluctuation
 _FIRST_COEFFICIENT = 3  # place in the parameters of a state
 
@@ -57,6 +59,19 @@ class Fluctuating:
             place = self.moving.place - _FIRST_COEFFICIENT
             return abs(float(np.mean([s.dynamics.values[place] for s in states])))
         return 2.0 * math.pi
+
+    def pumped_per_s(self, process: CourseProcess, states: Sequence[FitState]) -> float:
+        """Variance that the logarithm of the amplitude gains per second by what is faster than any knots.
+
+        A frequency that changes by d(t), rad/s, pumps the amplitude by d ln A / dt = d sin(2 psi): where d has the
+        one-sided density S at twice the frequency, ln A walks by S / 4 per second.  S is that of the process, far
+        beyond what the knots show of it, and counts so many times as is in `pumped_times`.  A friction does not pump.
+        """
+        if self.effect is FRICTION_FLUCTUATION:
+            return 0.0
+        rate = 2.0 * float(np.mean([s.dynamics.w for s in states]))
+        density = 4.0 * (2.0 * math.pi * process.size) ** 2 * process.tau_s / (1.0 + (rate * process.tau_s) ** 2)
+        return 0.25 * _LIMITS.pumped_times * density
 
 
 def what_may_fluctuate(model: RingDownModel) -> tuple[Fluctuating, ...]:

@@ -87,11 +87,7 @@ def fits_at_neighbouring_processes(found: FoundFluctuation, pool: Executor) -> I
     has; nothing along an axis on which there is no such fit."""
     at = found.joint_fit
     for process, times in found.likeliest.neighbours():
-        states = []
-        for s in at.states:
-            assert isinstance(s, CourseState)
-            root = process.root(s.course.time_s, found.unit)
-            states.append(replace(s, course=replace(s.course, root=root)))
+        states = _with_process(at.states, found.what, process, found.unit)
         with suppress(LostTrajectoryError, np.linalg.LinAlgError):
             yield fit_jointly(at.prepared, at.hypothesis, pool, states, at.strengths), times
 
@@ -103,14 +99,14 @@ def _found(
     if not _is_noise(base, fits):
         return None
     likeliest, unit, information = _process(fits, what, _first_process(base))
-    states = _with_process(fits, likeliest.process, unit)
+    states = _with_process([f.state for f in fits], what, likeliest.process, unit)
     hypothesis, strengths = _common_effects(base, states, candidates, pool)
     for _ in range(_LIMITS.most_passes):
         at = fit_jointly(base.prepared, hypothesis, pool, states, strengths)
         strengths, before = at.strengths, likeliest
         fits = _linearised(at, pool)
         likeliest, unit, information = _process(fits, what, before.process)
-        states = _with_process(fits, likeliest.process, unit)
+        states = _with_process([f.state for f in fits], what, likeliest.process, unit)
         if likeliest.process.near(before.process):
             break
     at = fit_jointly(base.prepared, hypothesis, pool, states, strengths)  # with the process of the last turn
@@ -154,8 +150,11 @@ def _first_courses(base: JointFit, what: Fluctuating, beside: Sequence[Candidate
     longest_s, knots = max(float(p.time_s[-1]) for p in base.prepared), what.knots
     step_s = longest_s / (knots - 1)
     times: Array = step_s * np.arange(knots, dtype=np.float64)
-    root = _first_process(base).root(times, what.unit(base.states))
-    nothing = TorqueCourse.none_of(base.hypothesis.model, step_s, root, what.law)
+    process = _first_process(base)
+    nothing = replace(
+        TorqueCourse.none_of(base.hypothesis.model, step_s, process.root(times, what.unit(base.states)), what.law),
+        pumped_per_s=what.pumped_per_s(process, base.states),
+    )
 
     def one(shot: PreparedShot, state: FitState) -> CourseFit:
         begin = CourseState(state.dynamics, state.observation, state.offsets, nothing)
@@ -183,10 +182,17 @@ def _process(
     return likeliest_process(information, start, what.largest), unit, information
 
 
-def _with_process(fits: Sequence[CourseFit], process: CourseProcess, unit: float) -> list[CourseState]:
+def _with_process(
+    states: Sequence[FitState], what: Fluctuating, process: CourseProcess, unit: float
+) -> list[CourseState]:
     """States whose courses obey a process."""
-    root = process.root(fits[0].state.course.time_s, unit)
-    return [replace(f.state, course=replace(f.state.course, root=root)) for f in fits]
+    pumped_per_s = what.pumped_per_s(process, states)
+    found = []
+    for state in states:
+        assert isinstance(state, CourseState)
+        root = process.root(state.course.time_s, unit)
+        found.append(replace(state, course=replace(state.course, root=root, pumped_per_s=pumped_per_s)))
+    return found
 
 
 def _is_noise(base: JointFit, fits: Sequence[CourseFit]) -> bool:

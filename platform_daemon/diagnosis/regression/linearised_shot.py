@@ -92,7 +92,8 @@ class LinearisedShot:
         course, process = course_of(self.linearisation.state), self.linearisation.process
         if course is None or process is None:
             return step
-        return np.concatenate([step, process.likeliest(left - self.q @ target) - course.values])
+        knots = process.likeliest(left - self.q @ target)[: course.values.size]
+        return np.concatenate([step, knots - course.values])
 
     def without_process(self) -> LinearisedShot:
         """A copy that does not know how the course of a torque follows, which takes most of its memory."""

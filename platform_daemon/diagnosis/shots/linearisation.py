@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState, coefficient_jacobian
@@ -19,7 +20,7 @@ from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, Trajectory
 
 from .shot import PreparedShot
-from .torque_course import ProcessNoise, course_of
+from .torque_course import ProcessNoise, TorqueCourse, course_of
 
 _LIMITS = THRESHOLDS.shots
 _KEEPING = threading.Lock()
@@ -142,21 +143,35 @@ class Linearisation:
         To first order around the likeliest course x0 the data are y = f(theta, x0) + K (x - x0) + noise, where x is
         random with covariance L L^T.  K x0 is added to the residual, and K x counted as noise: what is fitted or tested
         with it are generalised least squares with the covariance 1 + K L L^T K^T in units of the noise, which know how
-        much of everything the fluctuation may be, and have errors that say so.
+        much of everything the fluctuation may be, and have errors that say so.  What pumps the amplitude between the
+        knots is noise likewise.
         """
         course = course_of(self.state)
         if course is None or self.course_rows is None:
             return self
         every, knots = self.course_rows
         answers = self.jacobian[knots]
+        pumped, root = self.pumped_amplitude(course)
         return replace(
             self,
             residual=self.residual + np.tensordot(course.values, answers, 1),
             jacobian=np.delete(self.jacobian, every, axis=0),
             even_jacobian=np.delete(self.even_jacobian, every, axis=0),
             course_rows=None,
-            process=ProcessNoise.of(self.prepared.white(answers), course.root),
+            process=ProcessNoise.of(
+                np.concatenate([self.prepared.white(answers), pumped]), block_diag(course.root, root)
+            ),
         )
+
+    def pumped_amplitude(self, course: TorqueCourse) -> tuple[Array, Array]:
+        """What the amplitude's walk adds, in units of the noise (k, channels m), and the root of its covariance.
+
+        To first order f1 goes with the amplitude and f2 with its square; the phase that follows is the course's.
+        """
+        windows, root = course.pumped_amplitude(self.time_s)
+        if not len(windows):
+            return np.zeros((0, self.odd.size)), root
+        return self.prepared.white(windows[:, None, :] * (self.odd + 2.0 * self.even)), root
 
     def white(self, columns: Array) -> Array:
         """Columns (..., channels, m) in units of the noise, (..., channels m)."""

@@ -1,7 +1,8 @@
-"""The course of a torque along one shot: what it has more or less than its mean, linear between knots."""
+"""The course of a torque along one shot: what it has more or less than its mean, smooth through knots."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -99,6 +100,7 @@ class TorqueCourse:
         law, weight: its law of the angle, see `estimation.physics.torques.torque_course`; a friction's is that of the
             declared model whatever effects there are beside it.
         root: (knots, knots) lower triangle L; L L^T is their covariance by the random process, (rad/s^2)^2.
+        pumped_per_s: variance that the logarithm of the amplitude gains per second by what is faster than the knots.
     """
 
     step_s: float
@@ -106,6 +108,7 @@ class TorqueCourse:
     root: Array
     law: float
     weight: float
+    pumped_per_s: float = 0.0
 
     @classmethod
     def none_of(cls, model: RingDownModel, step_s: float, root: Array, law: float) -> TorqueCourse:
@@ -118,6 +121,17 @@ class TorqueCourse:
     def time_s(self) -> Array:
         """Of the knots, (knots,)."""
         return np.asarray(self.step_s * np.arange(self.values.size))
+
+    def pumped_amplitude(self, time_s: Array) -> tuple[Array, Array]:
+        """How the amplitude wanders by what is faster than the knots: windows (k, m) at instants (m,), linear between
+        k steps, and the root (k, k) of the covariance of its logarithm there, that of a random walk; k is 0 where
+        nothing is faster."""
+        if self.pumped_per_s == 0.0:
+            return np.zeros((0, time_s.size)), np.zeros((0, 0))
+        steps = np.linspace(0.0, float(time_s[-1]), THRESHOLDS.fluctuation.amplitude_steps + 1)
+        windows = np.stack([np.interp(time_s, steps, row) for row in np.eye(steps.size)[1:]])
+        step_sd = math.sqrt(self.pumped_per_s * float(steps[1]))
+        return windows, step_sd * np.tri(steps.size - 1)
 
     def model(self, model: RingDownModel, *, frozen: bool = False) -> RingDownModel:
         """The model with this course; its coefficients come after those of the model.  frozen: no derivatives by it."""

@@ -44,6 +44,7 @@ class NoiseModel:
         correlated_bins: so many neighbouring bins share one independent value.
         source: where it was measured.
         tones_hz: frequencies of steady tones that stood in it, and that sd and psd are without.
+        blank: it was measured where nothing swung, not between the harmonics of a signal.
     """
 
     sd: Array
@@ -53,6 +54,7 @@ class NoiseModel:
     correlated_bins: float = 1.0
     source: str = "given"
     tones_hz: tuple[float, ...] = ()
+    blank: bool = False
     _results: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
@@ -158,6 +160,7 @@ def estimate_noise(record: RingDownRecord, *, blank: bool = False) -> NoiseModel
         degrees=degrees,
         correlated_bins=spectra.correlated_bins,
         source=OWN,
+        blank=blank,
     )
 
 

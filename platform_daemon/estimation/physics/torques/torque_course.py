@@ -1,4 +1,8 @@
-"""What a torque has more or less along one ring-down: x(t) p(phi), where x is linear between knots.
+"""What a torque has more or less along one ring-down: x(t) p(phi), where x runs smoothly through knots.
+
+Between two knots x is the cubic of Keys through these and their neighbours, with one slope on either side of a knot.
+Linear pieces have a kink in each knot, over which a step of the integrator reaches: the derivatives by the knots were
+5e-4 off, so that fits of 240 of them ended 100 of chi^2 above the least.
 
 p is a law of the angle.  Of dry friction it is -sgn(phi'), or -sgn(phi') (cos(phi) + g)^(4/3) of a Hertz contact under
 a weight g; of the restoring torque -sin(phi), so that x is what omega_nat^2 has more.  The knots belong to one shot;
@@ -45,14 +49,28 @@ def torque_course(phi, sin_phi, cos_phi, v, u, c, j, grad, sigma, width):  # typ
     k = 0
     if place > 0.0:  # not so where the motion is lost and there is no number
         k = int(min(place, last - 1.0))
-    part = place - k
+    t = max(min(place - k, 1.0), 0.0)
     inside = 0.0 <= place <= last
-    part = max(min(part, 1.0), 0.0)
-    here = j + 3 + k
-    x = (1.0 - part) * c[here] + part * c[here + 1]
-    rate = (c[here + 1] - c[here]) / c[j] if inside else 0.0
-    grad[here] = -sigma * (1.0 - part) * law
-    grad[here + 1] = -sigma * part * law
+    x = 0.0
+    rate = 0.0
+    for m in range(4):
+        if m == 0:
+            part = ((1.0 - 0.5 * t) * t - 0.5) * t
+            slope = (2.0 - 1.5 * t) * t - 0.5
+        elif m == 1:
+            part = (1.5 * t - 2.5) * t * t + 1.0
+            slope = (4.5 * t - 5.0) * t
+        elif m == 2:
+            part = ((2.0 - 1.5 * t) * t + 0.5) * t
+            slope = (4.0 - 4.5 * t) * t + 0.5
+        else:
+            part = (0.5 * t - 0.5) * t * t
+            slope = (1.5 * t - 1.0) * t
+        here = j + 3 + min(max(k + m - 1, 0), last)
+        x += part * c[here]
+        rate += slope * c[here]
+        grad[here] -= sigma * part * law
+    rate = rate / c[j] if inside else 0.0
     grad[j] = sigma * rate * place * law
     grad[j + 2] = -sigma * x * law_g
     return -sigma * x * law, -sigma * x * law_phi, 0.0, -sigma * rate * law
