@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ from .fluctuation.search import FoundFluctuation, fits_at_neighbouring_processes
 from .fluctuation.window_courses import window_disagreement_of_courses
 from .regression.cross_validation import CrossValidation, cross_validate
 from .regression.joint_fit import JointFit, fit_jointly, starting_point
-from .regression.parameters import means, widened, window_disagreement, with_scales
+from .regression.parameters import Mean, means, widened, window_disagreement, with_scales
 from .regression.score_test import ScoreTable, score_table
 from .selection.confounders import confounders, gain_of
 from .selection.sign_constraints import negative_losses
@@ -91,7 +91,10 @@ def _told(base: JointFit, found: FoundFluctuation, candidates: Sequence[Candidat
     before, after = cross_validate(base, pool), cross_validate(final, pool)
     named = (_fluctuation(found, before, after), *_effects_beside(table, after, float(len(candidates)), pool))
     neighbours = [(means(moved), times) for moved, times in fits_at_neighbouring_processes(found, pool)]
-    exact, alike = with_scales(means(final), neighbours), [r for n in named for r in n.confounders]
+    exact, alike = (
+        _with_scatter(with_scales(means(final), neighbours), final),
+        [r for n in named for r in n.confounders],
+    )
     spanned = widened(exact, [(means(r.joint_fit), r.rise) for r in alike if r.joint_fit is not None])
     wider, weight = with_undeclared_weight(spanned, final)
     doubts = _doubts(final, named, after)
@@ -118,6 +121,17 @@ def _told(base: JointFit, found: FoundFluctuation, candidates: Sequence[Candidat
         notes=(*_notes(found, named), *undecided(exact, spanned), *doubts, *weight),
         seconds=0.0,
     )
+
+
+def _with_scatter(found: Mapping[str, Mean], final: JointFit) -> dict[str, Mean]:
+    """Parameters, of which the resonator's constants have no smaller errors than their scatter from shot to shot says:
+    a course takes up part of what tells them, and how much goes with a process that is not known exactly."""
+    constants = {"f_nat_hz", "m_r_am2", *(c.name for c in final.hypothesis.model.coefficients)}
+    root = math.sqrt(len(final.prepared))
+    return {
+        name: replace(m, std=max(m.std, m.scatter / root)) if name in constants and m.scatter is not None else m
+        for name, m in found.items()
+    }
 
 
 def _doubts(final: JointFit, named: Sequence[AcceptedEffect], after: CrossValidation) -> list[str]:

@@ -14,8 +14,8 @@ class Fluctuation:
     # The phase follows a course of the frequency once integrated, one of the friction twice: it shows faster waves.
     most_shots_of_frequency: int = 4  # likewise [cost]
     knots_of_frequency: int = 240  # with 80 a course left more than noise in two of three series of two shots [unset]
-    # What a frequency pumps into the amplitude: at 55 degrees 1.3 times as much as by the formula, and a series of three
-    # shots by another author had an amplitude that walked twice as much [unset]
+    # What a frequency pumps into the amplitude: at 55 degrees 1.3 times as much as by the formula, and its course
+    # between the knots is known by the form of the process alone [unset]
     pumped_times: float = 2.0
     amplitude_steps: int = 60  # along the window, of a walk of the amplitude [cost]
     first_knots: int = 24  # of the linear test before the courses are fitted [cost]

@@ -23,6 +23,7 @@ PROGRESS = "shares of the progress that is shown"
 ALLOWED = {
     "diagnose.py": ([0.1, 0.15, 0.15, 0.7, 0.8, 0.85, 0.9], PROGRESS),
     "findings/rotor_findings.py": ([100.0], "percent"),
+    "findings/undeclared_weight.py": ([100.0], "percent"),
     "fluctuation/process.py": ([4.0], "the differences of a second derivative"),
     "fluctuation_diagnosis.py": ([100.0], "percent"),
     "findings/random_walk.py": ([1e-14, 1e-9, 0.25, 10.0], "tolerances and brackets of a root; a decade"),

@@ -76,7 +76,10 @@ NOT_TUNED = {
     "physics/torques/dispatch.py": ("codes of the torque terms", {*range(3, 13), 1000, 0xFFFF}),
     "physics/torques/frequency_drift.py": (TYPICAL, {1e-6}),
     "physics/torques/frequency_settling.py": (TYPICAL, {1e-6, 1e-3}),
-    "physics/torques/torque_course.py": (TYPICAL, {1e-4, 1e-2, 1e2, 3, 4}),
+    "physics/torques/torque_course.py": (
+        f"{TYPICAL}; coefficients of the cubic of Keys",
+        {1e-4, 1e-2, 1e2, 3, 4, 1.5, 2.5, 4.5, 5.0},
+    ),
     "physics/torques/hertz_friction.py": (TYPICAL, {7e-4, 3.0, 4.0}),
     "physics/torques/hertz_friction_under_weight.py": (TYPICAL, {7e-4, 1e-2, 3.0, 4.0}),
     "physics/torques/power_restoring.py": (TYPICAL, {1e-2, 4.0}),

@@ -16,9 +16,9 @@ from platform_daemon.diagnosis.regression.parameters import Mean, clean_record, 
 from platform_daemon.diagnosis.regression.prediction import window_of
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.physics.rigid_rotor.geometry import RotorGeometry
+from platform_daemon.estimation.physics.rigid_rotor.rotor import DOWN_M_PER_S2
 from platform_daemon.estimation.physics.torques.hertz_friction import HERTZ_FRICTION
 
-GRAVITY_M_PER_S2 = 9.80665
 _FRICTION = "tf_over_i_rad_per_s2"
 
 
@@ -29,7 +29,7 @@ def weight_of_drawing(geometry: RotorGeometry, found: Mapping[str, Mean]) -> flo
         return 0.0
     f_nat_hz = found["f_nat_hz"].value
     pull_n = geometry.pull_n(f_nat_hz, geometry.distance_m(f_nat_hz, found["m_r_am2"].value))
-    return geometry.mass_kg * GRAVITY_M_PER_S2 / pull_n
+    return geometry.mass_kg * math.hypot(*DOWN_M_PER_S2) / pull_n
 
 
 def with_undeclared_weight(found: dict[str, Mean], final: JointFit) -> tuple[dict[str, Mean], tuple[str, ...]]:

@@ -70,8 +70,8 @@ class Fluctuating:
         if self.effect is FRICTION_FLUCTUATION:
             return 0.0
         rate = 2.0 * float(np.mean([s.dynamics.w for s in states]))
-        density = 4.0 * (2.0 * math.pi * process.size) ** 2 * process.tau_s / (1.0 + (rate * process.tau_s) ** 2)
-        return 0.25 * _LIMITS.pumped_times * density
+        quarter = (2.0 * math.pi * process.size) ** 2 * process.tau_s / (1.0 + (rate * process.tau_s) ** 2)
+        return _LIMITS.pumped_times * quarter
 
 
 def what_may_fluctuate(model: RingDownModel) -> tuple[Fluctuating, ...]:

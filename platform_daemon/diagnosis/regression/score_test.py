@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -191,5 +191,9 @@ def _with_torques(
     for place, c in enumerate(wide.torques):
         values[place] = at.strengths[order.index(c)] if c in hypothesis.torques else 0.0
     strengths = np.concatenate([values, at.strengths[len(hypothesis.torques) :]])
-    linearisation = linearise_signal(prepared, wide.augmented, wide.extended(at.states[k], values))
-    return wide, values, wide.through(linearisation, strengths)
+    process, full = at.linear[k].linearisation.process, wide.extended(at.states[k], values)
+    if process is None:
+        return wide, values, wide.through(linearise_signal(prepared, wide.augmented, full), strengths)
+    # Of the torques alone the rows are used, and what the course adds to the noise is that of the shot as it is.
+    linearisation = wide.received(linearise_signal(prepared, wide.augmented, full, frozen_course=True), strengths)
+    return wide, values, replace(linearisation, process=process)

@@ -9,10 +9,12 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.physics.rigid_rotor.contact_law import ContactLaw
-from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
+from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.rotor_fit.fit import (
     RotorFit,
     RotorFitError,
@@ -213,8 +215,30 @@ def _fits(
     if window_s <= _LIMITS.laws_from_s:
         return beside_each_other(fitted, starts)
     first = fitted(starts[0])
-    known = [] if first is None else [first]
-    return [first, *beside_each_other(lambda start: fitted(start, to_beat=_to_beat(known, start)), starts[1:])]
+    if first is None:
+        return [None, *beside_each_other(fitted, starts[1:])]
+    best: RotorFit = first
+
+    def other(start: Start) -> RotorFit | None:
+        return fitted(_nearer(shot, window_s, best, start), to_beat=_to_beat([best], start), whole=False)
+
+    return [first, *beside_each_other(other, starts[1:])]
+
+
+def _nearer(shot: RotorShot, window_s: float, best: RotorFit, start: Start) -> Start:
+    """The start with another law of the contact, or the best one's values with that law and its creep, which lie in
+    the same valley where two laws are alike: from its own window before, such a law may need twenty steps to get there
+    and be given up as excluded."""
+    values, own = best.values[0], start.values
+    law = ContactLaw(own.creep_law, own.contact_coupling)
+    if best.defect != start.defect or best.strength[0] * getattr(own, start.defect) < 0.0:
+        return start
+    moved = values.with_numbers({**law._asdict(), "creep_m_per_s": own.creep_m_per_s})
+    try:
+        here, there = (float(np.sum(shot.residual(v, window_s) ** 2)) for v in (own, moved))
+    except (NoRestError, LostRotorError):
+        return start
+    return replace(start, values=moved) if there < here else start
 
 
 def _narrowed(

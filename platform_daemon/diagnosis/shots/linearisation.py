@@ -194,8 +194,13 @@ class Linearisation:
         return np.asarray(self.prepared.shot.to_volts @ self.signal)
 
 
-def linearise_signal(prepared: PreparedShot, model: RingDownModel, state: FitState) -> Linearisation:
+def linearise_signal(
+    prepared: PreparedShot, model: RingDownModel, state: FitState, *, frozen_course: bool = False
+) -> Linearisation:
     """Evaluate a state, with the course of a torque where the shot has one.
+
+    frozen_course: without derivatives by its knots, which take most of the time; those by w then lack what the course
+    has of it.
 
     Raises:
         LostTrajectoryError: the state does not oscillate, or has left what the shot can be.
@@ -203,15 +208,15 @@ def linearise_signal(prepared: PreparedShot, model: RingDownModel, state: FitSta
     _check(prepared, state)
     seen, traced, course = state, model, course_of(state)
     if course is not None:
-        seen, traced = course.extended(state), course.model(model)
+        seen, traced = course.extended(state), course.model(model, frozen=frozen_course)
     basis = basis_at(prepared, traced, seen)
     if not np.abs(basis).max() < _LIMITS.largest_sensitivity:
         raise LostTrajectoryError("the motion answers without bounds to its parameters")
     found = Linearisation.of_basis(prepared, state, basis)
     residual = prepared.data - found.signal - state.offsets[:, None]
-    by_parameter = coefficient_jacobian(traced, seen)
+    by_parameter = coefficient_jacobian(model, state) if frozen_course else coefficient_jacobian(traced, seen)
     even = np.tensordot(by_parameter[..., 1::2], basis[1::2], 1)
-    rows = None if course is None else course.places(model)
+    rows = None if course is None or frozen_course else course.places(model)
     return replace(
         found, residual=residual, jacobian=np.tensordot(by_parameter, basis, 1), even_jacobian=even, course_rows=rows
     )

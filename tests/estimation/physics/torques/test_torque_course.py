@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicHermiteSpline
 
 from platform_daemon.estimation.physics.models import JEWEL
 from platform_daemon.estimation.physics.torques.torque_course import (
@@ -39,7 +40,9 @@ def basis(d, *, frozen=False):
 def independent(law=HERTZ):
     """Angles (COUNT,) by scipy, half cycle by half cycle: the sign of the friction changes at turning points only."""
     w = 2.0 * math.pi * F_NAT_HZ
-    times = np.arange(COUNT) / RATE_HZ
+    times, knots_s = np.arange(COUNT) / RATE_HZ, STEP_S * np.arange(KNOTS.size)
+    neighbours = np.concatenate([KNOTS[:1], KNOTS, KNOTS[-1:]])
+    course = CubicHermiteSpline(knots_s, KNOTS, (neighbours[2:] - neighbours[:-2]) / (2.0 * STEP_S))
 
     def turning(t, y, side):
         return y[1]
@@ -47,7 +50,7 @@ def independent(law=HERTZ):
     turning.terminal = True
 
     def rates(t, y, side):
-        more = np.interp(t, STEP_S * np.arange(KNOTS.size), KNOTS)
+        more = float(course(min(t, knots_s[-1])))
         friction, square = (FRICTION, w**2 + more) if law == SINE else (FRICTION + more, w**2)
         load = max(math.cos(y[0]), 0.0) ** (4.0 / 3.0)
         return [y[1], -square * math.sin(y[0]) - 2.0 * LAMBDA * y[1] - side * friction * load]
@@ -83,7 +86,9 @@ def test_a_trajectory_knows_its_derivatives_by_the_knots(law):
         moved = KNOTS + step * np.eye(KNOTS.size)[k], KNOTS - step * np.eye(KNOTS.size)[k]
         numeric = (basis(parameters(moved[0], law=law))[0] - basis(parameters(moved[1], law=law))[0]) / (2.0 * step)
         exact = found[first + 2 * k + 2] / (2.0 * math.pi * F_NAT_HZ) ** 2
-        assert exact == pytest.approx(numeric, abs=1e-3 * np.abs(numeric).max())
+        # The last knot, beyond which the course stays, has a kink.
+        share = 1e-3 if k == KNOTS.size - 1 else 2e-5
+        assert exact == pytest.approx(numeric, abs=share * np.abs(numeric).max())
 
 
 def test_a_frozen_course_gives_the_same_motion_and_derivatives_by_all_else():
