@@ -38,8 +38,8 @@ from .shots.shot import PreparedShot
 from .thresholds import THRESHOLDS
 
 _FLAT = (
-    "no blank shots tell the noise, and between the harmonics stands what the fluctuation makes of them: the noise is "
-    "taken for flat, of the level far above them"
+    "the noise was not measured in blank shots, and between the harmonics stand their widened lines: it is taken for "
+    "flat, of the level far above them"
 )
 
 
@@ -61,17 +61,16 @@ def of_fluctuation(
     prepared: the shots that are fitted.  None: it explains nothing, or all shots have the same course.
     It is tried before other effects, because some of them imitate its course in each shot, and none in all of them.
     """
+    base = declared_fit(prepared, model, pool)
+    if base.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
+        return None
     flat = with_flat_noise(prepared)
     found = None if flat is None else _of_fluctuation(declared_fit(flat, model, pool), what, pool)
-    if found is not None:
-        return replace(found, notes=(*found.notes, _FLAT))
-    return _of_fluctuation(declared_fit(prepared, model, pool), what, pool)
+    return _of_fluctuation(base, what, pool) if found is None else replace(found, notes=(*found.notes, _FLAT))
 
 
 def _of_fluctuation(base: JointFit, what: Fluctuating, pool: Executor) -> Diagnosis | None:
     """base: the fit of the declared model."""
-    if base.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof:
-        return None
     candidates = candidates_for(base)
     found = fluctuation_of(base, what, candidates, pool)
     if found is None:
@@ -124,8 +123,10 @@ def _told(base: JointFit, found: FoundFluctuation, candidates: Sequence[Candidat
 
 
 def _with_scatter(found: Mapping[str, Mean], final: JointFit) -> dict[str, Mean]:
-    """Parameters, of which the resonator's constants have no smaller errors than their scatter from shot to shot says:
-    a course takes up part of what tells them, and how much goes with a process that is not known exactly."""
+    """Parameters, with errors of the resonator's constants not below what their scatter from shot to shot says.
+
+    A course takes up part of what tells a constant; which part goes with the form of the process, which is not known.
+    """
     constants = {"f_nat_hz", "m_r_am2", *(c.name for c in final.hypothesis.model.coefficients)}
     root = math.sqrt(len(final.prepared))
     return {

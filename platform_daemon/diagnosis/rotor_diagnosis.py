@@ -34,6 +34,7 @@ def of_rotor(
     if not rotor.sure:
         return _of_perfect_rotor(base, plane, rotor, pool)
     ways = parting(rotor, pool)
+    parameters, weight = with_weight_in_friction(rotor.parameters, rotor.fit.shots[0].geometry)
     left = chi2_beside_one_angle(rotor, base)
     before, after = cross_validate(base, pool), rotor_scores(rotor, left)
     return Diagnosis(
@@ -50,7 +51,7 @@ def of_rotor(
         before=before,
         after=after,
         parameters_before=means(base),
-        parameters_after=with_weight_in_friction(rotor.parameters, rotor.fit.shots[0].geometry),
+        parameters_after=parameters,
         sigma_before=window_disagreement(base, pool),
         sigma_after={},
         torque=None,
@@ -59,6 +60,7 @@ def of_rotor(
         notes=(
             *assumed_notes([prepared.shot for prepared in base.prepared]),
             *rotor_notes(rotor, ways, searched=searched),
+            *weight,
         ),
         seconds=0.0,
         plane=plane,
@@ -68,6 +70,7 @@ def of_rotor(
 
 def _of_perfect_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingError, pool: Executor) -> Diagnosis:
     """The diagnosis that a rotor without an error explains, without shots, defects of the data, and time."""
+    parameters, weight = with_weight_in_friction(rotor.parameters, rotor.fit.shots[0].geometry)
     return Diagnosis(
         shots=(),
         refused=(),
@@ -82,7 +85,7 @@ def _of_perfect_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingErro
         before=cross_validate(base, pool),
         after=rotor_scores(rotor, chi2_beside_one_angle(rotor, base)),
         parameters_before=means(base),
-        parameters_after=with_weight_in_friction(rotor.parameters, rotor.fit.shots[0].geometry),
+        parameters_after=parameters,
         sigma_before=window_disagreement(base, pool),
         sigma_after={},
         torque=None,
@@ -91,6 +94,7 @@ def _of_perfect_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingErro
         notes=(
             *assumed_notes([prepared.shot for prepared in base.prepared]),
             perfect_rotor_note(rotor),
+            *weight,
         ),
         seconds=0.0,
         plane=plane,

@@ -53,6 +53,15 @@ def test_a_kick_is_named_with_its_instant_and_its_size(dry):
     assert found.detail.sample / RATE == pytest.approx(8.3 / NATURAL_HZ, abs=0.03 / NATURAL_HZ)
 
 
+def test_friction_that_falls_with_the_speed_to_a_floor_is_told_with_its_floor():
+    """Not with a kick or a loss that feeds the motion, which mend what a friction without a floor is wrong by."""
+    report = diagnosed(swing(0.75, 50.0, viscous=0.0015, dry=0.0022, more_at_rest=0.0088, speed=0.09), 2.5e-3)
+    named = {e.id: e.strength.value / (2.0 * np.pi * NATURAL_HZ) ** 2 for e in report.effects}
+    assert (report.verdict, set(named)) == ("explained", {"stribeck_friction", "coulomb_friction"})
+    assert named["coulomb_friction"] == pytest.approx(0.0022, rel=0.2)
+    assert named["stribeck_friction"] == pytest.approx(0.0088, rel=0.2)
+
+
 def test_a_filtered_angle_is_judged_by_the_noise_that_the_filter_left():
     angle = swing(0.8, 24.0, dry=0.002)
     read = angle + np.random.default_rng(1).normal(0.0, 3e-4, angle.size)

@@ -36,10 +36,18 @@ def half_cycles(torque, amplitude, s, rtol=3e-14):
     return out
 
 
-def swing(amplitude, periods, viscous=0.004, dry=0.0):
-    """Angle of a pendulum of 2 Hz at 400 Hz, without noise."""
+def swing(amplitude, periods, viscous=0.004, dry=0.0, more_at_rest=0.0, speed=1.0):
+    """Angle of a pendulum of 2 Hz at 400 Hz, without noise.
+
+    dry, more_at_rest: dry friction, and what it has more at rest, which falls with the speed v as exp(-|v| / speed), in
+    units of I w^2 and w.
+    """
     s = 2 * math.pi * NATURAL_HZ * np.arange(int(periods * RATE / NATURAL_HZ)) / RATE
-    return half_cycles(lambda p, v, sigma, _: -math.sin(p) - 2 * viscous * v - sigma * dry, amplitude, s, 1e-11)[0]
+
+    def torque(phi, v, sigma, _):
+        return -math.sin(phi) - 2 * viscous * v - sigma * (dry + more_at_rest * math.exp(-abs(v) / speed))
+
+    return half_cycles(torque, amplitude, s, 1e-11)[0]
 
 
 def kicked(amplitude, periods, at_period, change, viscous=0.004, dry=0.0):

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
-from platform_daemon.diagnosis.regression.parameters import Mean, clean_record, held_strengths
+from platform_daemon.diagnosis.regression.parameters import Mean, clean_record, held_strengths, with_scales
 from platform_daemon.diagnosis.regression.prediction import window_of
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.physics.rigid_rotor.geometry import RotorGeometry
@@ -23,8 +23,10 @@ _FRICTION = "tf_over_i_rad_per_s2"
 
 
 def weight_of_drawing(geometry: RotorGeometry, found: Mapping[str, Mean]) -> float:
-    """Weight over the pull of the magnets (eq:fm(phi)) at the f_nat and m_r that were found; 0 for a thread, and where
-    a resonator is declared, of which the weight is known."""
+    """Weight over the pull of the magnets (eq:fm(phi)) at the f_nat and m_r that were found.
+
+    0 for a thread, without m_r (an angle), and where a resonator is declared, of which the weight is known.
+    """
     if geometry.drawn or geometry.bearing != "jewel" or not {"f_nat_hz", "m_r_am2"} <= found.keys():
         return 0.0
     f_nat_hz = found["f_nat_hz"].value
@@ -46,6 +48,7 @@ def with_undeclared_weight(found: dict[str, Mean], final: JointFit) -> tuple[dic
         return found, ()
     first, last = window_of(prepared)
     record, fixed = clean_record(final, 0), held_strengths(final, 0)
+    fixed |= {final.hypothesis.model.coefficients[k].name: 0.0 for k in final.hypothesis.held_at_zero}
     fits = [
         fit_ring_down(
             record, each, (last - first) / record.sampling_rate_hz, noise=prepared.shot.noise, fixed=dict(fixed)
@@ -53,21 +56,31 @@ def with_undeclared_weight(found: dict[str, Mean], final: JointFit) -> tuple[dic
         for each in (model, model.under_weight(share))
     ]
     if any(fit.verdict != "good" for fit in fits):
-        return found, ()
+        return with_weight_in_friction(found, known.geometry)
     without, under = (fit.parameters for fit in fits)
-    off = {name: under[name].value - without[name].value for name in found if name in under and name in without}
-    wider = {name: replace(m, std=math.hypot(m.std, off.get(name, 0.0))) for name, m in found.items()}
-    return wider, (_note(share),)
+    moved = {
+        name: replace(m, value=m.value + under[name].value - without[name].value)
+        for name, m in found.items()
+        if name in under and name in without
+    }
+    return with_scales(found, [(moved, 1.0)]), (_note(share),)
 
 
-def with_weight_in_friction(found: Mapping[str, Mean], geometry: RotorGeometry) -> dict[str, Mean]:
-    """Parameters of a rotor's fit, which holds the weight of the drawing: T_f/I is that of the pull alone only if the
-    rotor weighs on its cup as the drawing has it."""
+def with_weight_in_friction(
+    found: Mapping[str, Mean], geometry: RotorGeometry
+) -> tuple[dict[str, Mean], tuple[str, ...]]:
+    """Parameters with an error of T_f/I alone that contains the weight, and a note on it.
+
+    For fits of a rotor, which holds the weight of the drawing: T_f/I is that of the pull alone only if the rotor weighs
+    on its cup as the drawing has it.
+    """
     share = weight_of_drawing(geometry, found)
     friction = found.get(_FRICTION)
     if share == 0.0 or friction is None:
-        return dict(found)
-    return {**found, _FRICTION: replace(friction, std=math.hypot(friction.std, share * friction.value))}
+        return dict(found), ()
+    return {**found, _FRICTION: replace(friction, std=math.hypot(friction.std, share * friction.value))}, (
+        _note(share),
+    )
 
 
 def _note(share: float) -> str:

@@ -194,6 +194,6 @@ def _with_torques(
     process, full = at.linear[k].linearisation.process, wide.extended(at.states[k], values)
     if process is None:
         return wide, values, wide.through(linearise_signal(prepared, wide.augmented, full), strengths)
-    # Of the torques alone the rows are used, and what the course adds to the noise is that of the shot as it is.
+    # Only the rows of the torques are used; the noise by the course is taken from the shot's own linearisation.
     linearisation = wide.received(linearise_signal(prepared, wide.augmented, full, frozen_course=True), strengths)
     return wide, values, replace(linearisation, process=process)

@@ -206,7 +206,8 @@ def _fits(
     """Of a window with each start, the others beside each other.
 
     In a long window the first one tells when others are of no use; in a short one they are cheap, and their valleys
-    bend so much that a small step says nothing of those that follow.
+    bend so much that a small step says nothing of those that follow.  Beside the first one the others need only be
+    settled as far as comparing them takes, also in the last window: `made_whole` settles the one that is named.
     """
     if not starts:
         return []
@@ -226,12 +227,15 @@ def _fits(
 
 
 def _nearer(shot: RotorShot, window_s: float, best: RotorFit, start: Start) -> Start:
-    """The start with another law of the contact, or the best one's values with that law and its creep, which lie in
-    the same valley where two laws are alike: from its own window before, such a law may need twenty steps to get there
-    and be given up as excluded."""
+    """The start, or the best one's values with the law and the creep of the start, if these leave less.
+
+    Two laws of a contact that are alike lie in one valley.  From its own values of the window before, the second one
+    may need twenty steps to the floor, and would be given up as excluded long before.
+    """
     values, own = best.values[0], start.values
     law = ContactLaw(own.creep_law, own.contact_coupling)
-    if best.defect != start.defect or best.strength[0] * getattr(own, start.defect) < 0.0:
+    same_law = law == ContactLaw(values.creep_law, values.contact_coupling)
+    if same_law or best.defect != start.defect or best.strength[0] * getattr(own, start.defect) < 0.0:
         return start
     moved = values.with_numbers({**law._asdict(), "creep_m_per_s": own.creep_m_per_s})
     try:

@@ -156,9 +156,19 @@ def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list
     found = [f for f in every(lambda s: allowed_refit(s[1].hypothesis.plus(s[0]), s[1], inner), sets) if f is not None]
     fits = sorted((f for f in found if signs_allowed(f)), key=lambda f: f.chi2)
     front = [f for f in fits if f.chi2 < _LIMITS.worth_a_scale * fits[0].chi2][: _LIMITS.sharpened_sets]
+    front += [f for f in fits[len(front) :] if _falls_to_a_floor(f)]
     sharp = list(every(lambda f: refined(at_best_scales(f, inner), inner), front))
-    possible = (f for f in (*sharp, *fits[len(front) :]) if signs_allowed(f) and not kick_missing(f))
+    others = [f for f in fits if not any(f is one for one in front)]
+    possible = (f for f in (*sharp, *others) if signs_allowed(f) and not kick_missing(f))
     return sorted(possible, key=lambda f: f.chi2)
+
+
+def _falls_to_a_floor(at: JointFit) -> bool:
+    """Friction that falls with the speed to a floor, as Stribeck's does: two torques of one law.
+
+    At the speed scale that is best without a floor, a floor explains next to nothing.
+    """
+    return {"stribeck_friction", "coulomb_friction"} <= {c.effect.id for c in at.hypothesis.effects}
 
 
 def _better(best: TorqueSet, allowed: Sequence[JointFit], trials: float, pool: Executor) -> TorqueSet:
@@ -167,10 +177,24 @@ def _better(best: TorqueSet, allowed: Sequence[JointFit], trials: float, pool: E
     rivals += [f for f in _laws_of_amplitude(allowed) if not any(f is r for r in rivals)]
     scored = [TorqueSet(f, cross_validate(f, pool)) for f in rivals]
     least = min((s.error for s in scored), default=0.0)
-    for one in sorted(scored, key=lambda s: _rank(s, least)):
+    for one in sorted((s for s in scored if not _imitates_a_law(s.fitted, rivals)), key=lambda s: _rank(s, least)):
         if _sure(best.fitted, one.fitted, trials) and _predicts(best, one):
             return one
     return best
+
+
+def _imitates_a_law(at: JointFit, rivals: Sequence[JointFit]) -> bool:
+    """A set with a kick or with a loss that feeds the motion, beside which a plain one leaves as little.
+
+    Either mends what a law is wrong by.  A kick that is too small to be seen at its instant has no other proof than
+    that nothing else explains as much.
+    """
+    most = at.chi2 + _LIMITS.kick_chi2 * at.noise_factor
+    return _mends(at) and any(f.chi2 < most for f in rivals if not _mends(f))
+
+
+def _mends(at: JointFit) -> bool:
+    return KICK in _keys(at) or bool(negative_effects(at))
 
 
 def _laws_of_amplitude(allowed: Sequence[JointFit]) -> list[JointFit]:

@@ -199,8 +199,8 @@ def linearise_signal(
 ) -> Linearisation:
     """Evaluate a state, with the course of a torque where the shot has one.
 
-    frozen_course: without derivatives by its knots, which take most of the time; those by w then lack what the course
-    has of it.
+    frozen_course: without derivatives by its knots, which take most of the time.  The derivative by w then holds the
+    course's coefficients in units of w, and is right for everything but the course.
 
     Raises:
         LostTrajectoryError: the state does not oscillate, or has left what the shot can be.

@@ -28,7 +28,8 @@ class ProcessNoise:
 
     Attributes:
         directions: U (rows, d), orthonormal. sizes: s (d,).
-        knots: (knots, d) the course that moves the rows by one of the sizes along each direction.
+        knots: (knots, d) the course that moves the rows by one of the sizes along each direction; where the amplitude
+            is pumped, its steps come after the knots.
     """
 
     directions: Array
@@ -73,7 +74,10 @@ class ProcessNoise:
         return first, ProcessNoise.of(left.T, np.eye(left.shape[1])).taken_out(rest), rest
 
     def likeliest(self, taken_out: Array) -> Array:
-        """The likeliest course (knots,) by rows from which the noise was taken out, (rows,)."""
+        """The likeliest course (knots,), and steps of the amplitude after it.
+
+        taken_out: (rows,) from which the noise was taken out.
+        """
         return np.asarray(self.knots @ (self.sizes / np.sqrt(1.0 + self.sizes**2) * (taken_out @ self.directions)))
 
 

@@ -64,6 +64,20 @@ class NoiseModel:
         grid = np.array([0.0, 0.5 * sampling_rate_hz])
         return cls(sd=sd, frequency_hz=grid, psd=np.repeat((2.0 * sd**2 / sampling_rate_hz)[:, None], 2, axis=1))
 
+    def flattened(self) -> NoiseModel:
+        """Flat noise of the level far above the harmonics, and below the edge of the band, where a filter may begin.
+
+        The model itself where that was not measured.
+        """
+        if self.degrees is None:
+            return self
+        share = self.frequency_hz / self.frequency_hz[-1]
+        seen = (self.degrees > 0.0) & (share > LIMITS.flat_from_share) & (share < LIMITS.flat_to_share)
+        if not seen.any():
+            return self
+        psd = np.repeat(_levels(self.psd[:, seen], self.degrees[seen])[:, None], share.size, axis=1)
+        return replace(self, sd=sd_of(self.frequency_hz, psd), psd=psd)
+
     def kept(self, work: Callable[..., _T], *args: float) -> _T:
         """work(self, *args), never None, done once for all shots of a series that share this noise."""
         key = (work, *args)

@@ -37,6 +37,8 @@ class NoiseThresholds:
     line_broadening: float = tuned(
         1.25, "1", "width of a line over the window's lobe: decay and sweep inside a segment broaden it"
     )
+    flat_from_share: float = tuned(0.5, "1", "of the band, from which on the level of flat noise is measured")
+    flat_to_share: float = tuned(0.8, "1", "of the band, up to which: beyond, a converter's filter may roll off")
     sweep_margin_share: float = tuned(0.01, "1", "of the frequency, by which the range of the fundamental is widened")
     sweep_low: float = tuned(
         0.85, "1", "frequency over that of the strongest line, from which on the fundamental is followed"

@@ -133,7 +133,6 @@ def test_a_break_even_point_is_judged_with_its_interval_and_its_absence_has_a_re
     assert alone.why == "only one of the resonators was measured"
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("p_value", "verdict"), [(2e-2, "agrees"), (0.5, "differs")])
 def test_few_shots_are_judged_by_what_the_papers_hundred_would_say_of_them(report, p_value, verdict):
     """Ten shots cannot pass a test at 0.001 that a hundred of the same difference and scatter pass."""
@@ -149,6 +148,7 @@ def test_few_shots_are_judged_by_what_the_papers_hundred_would_say_of_them(repor
     assert (same.paper, same.ours) == ("no", "no")  # where the paper finds none, these shots alone are asked
 
 
+@pytest.mark.long
 def test_the_folder_of_what_needs_no_measurement_is_whole(unmeasured, tmp_path):
     write_claims(tmp_path, unmeasured, {}, {}, None)
     for name in ("F_tan_over_epsilon", "F_tan_over_delta_y", "equilibrium_positions_defects", "simulation_lambda"):
