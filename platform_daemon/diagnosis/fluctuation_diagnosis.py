@@ -38,8 +38,8 @@ from .shots.shot import PreparedShot
 from .thresholds import THRESHOLDS
 
 _FLAT = (
-    "the noise was not measured in blank shots, and between the harmonics stand their widened lines: it is taken for "
-    "flat, of the level far above them"
+    "the noise was not measured in blank shots, and between the harmonics stand the widened lines of the signal: the "
+    "noise is taken for flat, of the level far above them"
 )
 
 
@@ -90,10 +90,8 @@ def _told(base: JointFit, found: FoundFluctuation, candidates: Sequence[Candidat
     before, after = cross_validate(base, pool), cross_validate(final, pool)
     named = (_fluctuation(found, before, after), *_effects_beside(table, after, float(len(candidates)), pool))
     neighbours = [(means(moved), times) for moved, times in fits_at_neighbouring_processes(found, pool)]
-    exact, alike = (
-        _with_scatter(with_scales(means(final), neighbours), final),
-        [r for n in named for r in n.confounders],
-    )
+    exact = _with_scatter(with_scales(means(final), neighbours), final)
+    alike = [r for n in named for r in n.confounders]
     spanned = widened(exact, [(means(r.joint_fit), r.rise) for r in alike if r.joint_fit is not None])
     wider, weight = with_undeclared_weight(spanned, final)
     doubts = _doubts(final, named, after)

@@ -49,10 +49,9 @@ def with_undeclared_weight(found: dict[str, Mean], final: JointFit) -> tuple[dic
     first, last = window_of(prepared)
     record, fixed = clean_record(final, 0), held_strengths(final, 0)
     fixed |= {final.hypothesis.model.coefficients[k].name: 0.0 for k in final.hypothesis.held_at_zero}
+    window_s = (last - first) / record.sampling_rate_hz
     fits = [
-        fit_ring_down(
-            record, each, (last - first) / record.sampling_rate_hz, noise=prepared.shot.noise, fixed=dict(fixed)
-        )
+        fit_ring_down(record, each, window_s, noise=prepared.shot.noise, fixed=fixed)
         for each in (model, model.under_weight(share))
     ]
     if any(fit.verdict != "good" for fit in fits):
@@ -78,9 +77,8 @@ def with_weight_in_friction(
     friction = found.get(_FRICTION)
     if share == 0.0 or friction is None:
         return dict(found), ()
-    return {**found, _FRICTION: replace(friction, std=math.hypot(friction.std, share * friction.value))}, (
-        _note(share),
-    )
+    wider = replace(friction, std=math.hypot(friction.std, share * friction.value))
+    return {**found, _FRICTION: wider}, (_note(share),)
 
 
 def _note(share: float) -> str:
