@@ -41,7 +41,7 @@ from .rigid_body.plane_test import PlaneTest, plane_test
 from .rotor_diagnosis import of_rotor
 from .rotor_search import RotorBeside, is_quiet, rotor_of
 from .selection.clock_gaps import filled_angles, filled_dipoles
-from .selection.data_integrity import DataDefect, data_defects, merged
+from .selection.data_integrity import DataDefect, after_clipping, data_defects, merged
 from .selection.omnibus_test import omnibus_test
 from .selection.scales import fits_at_neighbouring_scales
 from .selection.stepwise import ProgressCallback, Selection
@@ -312,10 +312,12 @@ def _of_effects(
 def _prepared(
     shots: list[DiagnosisShot], model: RingDownModel, pool: Executor
 ) -> tuple[list[PreparedShot], list[UnfittedShot], list[DataDefect], list[DataDefect]]:
-    """Shots with fits of the declared model, shots without one, defects of other shots, gaps that were filled."""
-    flawed = data_defects(shots)
+    """Shots with fits of the declared model, shots without one, defects that were left out, gaps that were filled."""
+    whole = [after_clipping(s, k) for k, s in enumerate(shots)]
+    flawed = data_defects([s for s, _ in whole])
     bad = {f.shot for f in flawed}
-    usable = [s for k, s in enumerate(shots) if k not in bad]
+    usable = [s for k, (s, _) in enumerate(whole) if k not in bad]
+    flawed += [defect for _, cut in whole for defect in cut]
     angle = shots[0].record.quantity == "angle"
     usable, gaps = filled_angles([as_measured(s) for s in usable], pool) if angle else (usable, [])
     usable = [as_measured(s) for s in usable]  # of filled ones the noise was measured again

@@ -50,6 +50,8 @@ class RigidBody:
     # m/s, of which each law of a contact begins with the one that leaves least in the shortest window [unset]
     creeps_m_per_s: tuple[float, ...] = (2e-3, 2e-4)
     laws_from_s: float = 0.5  # s of a window from which on laws of a contact are excluded as look-alikes are [unset]
+    # times chi^2 of a law's own start, below which its fit begins with the best law's values [unset]
+    near_law: float = 10.0
     same_sigma: float = 1.0  # standard deviations by which two sizes of one error are the same minimum [unset]
     # of the swing at its start: below, where a jewel's contact sticks and slips, a rotor tells nothing more [unset]
     kept_swing: float = 0.03
@@ -67,6 +69,11 @@ class RigidBody:
     # the same of a window where a rotor counts only if it leaves noise; one of 1.13 had 1.33 minutes later [unset]
     given_up_chi2_per_dof: float = 1.1
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
+    least_rad: float = 2e-4  # tilt that is an error: coils and glass scales show the axes no better [unset]
+    least_m: float = 1e-6  # displacement, likewise; a perfect jewel at 581 uT is fitted with 4e-5 rad or 0.6 um [unset]
+    # chi^2 by which a rotor without an error may leave more than effects of one angle that do not explain all: these
+    # follow the noise at the few instants by which both are judged; -0.3, 6 and 22 for perfect jewels beyond 500 uT
+    perfect_rotor_chi2: float = 40.0
     doubtful_sigma: float = 5.0  # of a drive's size and delay, and of chi2/dof, beyond which it is left out [unset]
     worth_sigma: float = 1.0  # by which a measurement would part look-alikes, at least; less is none [digits]
     equal_chi2: float = 4.0  # difference of chi^2 by which an error is not preferred to a simpler one [noise: 0.05]

@@ -179,6 +179,7 @@ class Selection:
     line_place_shares: tuple[float, ...] = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
     torque_rounds: int = 3  # in which torques are judged again beside the lines that were found [cost]
     most_place_moves: int = 5  # moves of a place or hidden scale per grid step [cost]
+    kick_move_periods: float = 0.25  # by which the instant of a kick moves at once, at most [physics]
     place_move_chi2: float = 0.5  # fall of chi^2 that makes another move worth while [cost]
     scale_steps: int = 8  # Gauss-Newton steps of a hidden scale [cost]
     scale_fractions: tuple[float, ...] = (1.0, 0.3, 0.1)  # of such a step that are tried in turn [unset]
@@ -307,6 +308,7 @@ class Findings:
     negligible_rest: float = 0.01  # of what is explained: a rest that does not spoil an explanation [unset]
     believed_effects: int = 2  # common effects that are believed together [D]
     predicted_chi2_per_dof: float = 1.03  # of held-out data, of a complete model [D]
+    predicted_sigma: float = 3.0  # by which that exceeds 1, at least, where held-out data are few [noise: 1e-3]
     followed_nrmse: float = 0.2  # of held-out data, of a model that follows the motion [r4, was 0.05]
     patch_share: float = 0.02  # of the largest gain: an effect that gains less mends the larger one [D]
     sure_share: float = 0.8  # of what may be missing, at sure_chance, that an explanation must account for [D]

@@ -146,6 +146,8 @@ def _no_data(source: Hdf5File) -> RecordingError:
         what = "holds a calibration only, no recording"
     else:
         what = f"/data is missing; the file has {', '.join('/' + n for n in names[:8]) or 'no objects'}"
+        if "time" in names:
+            remedy = f"if the file holds the angle of a swing, name it /signal, in rad; for everything else {remedy}"
     return source.defect(what, DATA, "a dataset (frame, channel, sample) in volts", remedy)
 
 

@@ -19,7 +19,8 @@ def order_of(time_s: Times) -> tuple[NDArray[np.intp], str] | None:
     """(order that sorts samples with shuffled stamps, what was done in words); None: there is nothing to sort.
 
     Shuffled are samples of which each has a stamp of its own and that are in order but for a few places, as a phone
-    writes them, or in no order at all.  A clock that starts again or counts down is not.
+    writes them, or in no order at all, or whose stretches fit together without a hole.  A clock that starts again or
+    counts down is not.
     """
     backwards = np.count_nonzero(np.diff(time_s) < 0.0)
     if not backwards or not np.isfinite(time_s).all():
@@ -28,7 +29,10 @@ def order_of(time_s: Times) -> tuple[NDArray[np.intp], str] | None:
     moved = np.abs(order - np.arange(time_s.size))
     in_no_order = time_s.size / 4 < backwards < 0.9 * time_s.size
     steps = np.diff(time_s[order])
-    if not (in_no_order or moved.max() <= _SWAPPED) or steps.min() < (1.0 - _UNEVEN) * float(np.median(steps)):
+    usual = float(np.median(steps))
+    seams = steps[np.diff(order) != 1]
+    fit_together = seams.max() < (1.0 + _UNEVEN) * usual and backwards < 0.9 * time_s.size
+    if not (in_no_order or moved.max() <= _SWAPPED or fit_together) or steps.min() < (1.0 - _UNEVEN) * usual:
         return None
     return order, f"the times of {np.count_nonzero(moved)} samples were out of order; the samples were sorted by time"
 

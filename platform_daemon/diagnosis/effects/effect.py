@@ -1,10 +1,11 @@
 """What the diagnosis knows of an effect: its id, its sign rule, how it shows, what would separate it, and who found it.
 
-An effect is tried as candidates: the effect at one place (axis, frequency, decay time ...). There are three kinds.
+An effect is tried as candidates: the effect at one place (axis, frequency, decay time ...). There are four kinds.
 
 * A torque candidate names a term of estimation/physics/torques; its columns come with the term's derivatives.
 * A receiver candidate changes the channels of the model: it has columns, the change per unit of strength, and the
   whole change at any strength.
+* A kick begins the swing anew at an instant; its columns are the answer to a small one.
 * An additive candidate is a sum with the signal: it has columns of its own, linear in their amplitudes.
 """
 
@@ -83,6 +84,7 @@ class Candidate:
         tones_hz: of steady tones, all that belong together.
         trials: number of independent places that were searched; the p-value is corrected for it.
         held: further numbers that a fit with this effect holds, by public name, SI.
+        kick_at_s: of a kick: its instant, s after the first sample; the strength is a step of the velocity there.
         f_nat_course: (time in s) -> relative change of f_nat by a unit of strength, of torques that are only this.
     """
 
@@ -104,6 +106,7 @@ class Candidate:
     tones_hz: tuple[float, ...] = ()
     trials: float = 1.0
     held: Mapping[str, float] = field(default_factory=dict, compare=False)
+    kick_at_s: float | None = None
     f_nat_course: Callable[[Array], Array] | None = None
 
     def allows(self, strength: float) -> bool:
@@ -118,4 +121,4 @@ class Candidate:
     @property
     def additive(self) -> bool:
         """True if the effect is a sum with the signal."""
-        return self.term is None and self.change is None
+        return self.term is None and self.change is None and self.kick_at_s is None

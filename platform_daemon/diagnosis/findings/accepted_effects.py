@@ -16,6 +16,7 @@ from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.score_test import ScoreTable, score_table
 from platform_daemon.diagnosis.selection.confounders import Confounder, confounders, gain_of, two_in_place
 from platform_daemon.diagnosis.selection.data_integrity import DataDefect
+from platform_daemon.diagnosis.selection.refits import lateness
 from platform_daemon.diagnosis.selection.scales import scale_errors
 from platform_daemon.diagnosis.selection.significance import log_chance
 from platform_daemon.diagnosis.selection.stepwise import Selection
@@ -72,7 +73,7 @@ def accepted_effects(
         if c in final.hypothesis.common:
             where = next(s for o, s in zip(final.hypothesis.common, final.hypothesis.slices, strict=True) if o is c)
             value, std = _strength(c, final, where)
-            if c.hidden:
+            if c.hidden or c.kick_at_s is not None:
                 spread, log_scale_std = _scale_errors(c, final, found.base, pool)
                 std = math.hypot(std, spread)
             value, std = c.public(value, std, f_nat)
@@ -161,8 +162,11 @@ def _strength(c: Candidate, final: JointFit, where: slice) -> tuple[float, float
 
 
 def _scale_errors(c: Candidate, final: JointFit, base: JointFit, pool: Executor) -> tuple[float, float | None]:
-    """(by how much the strength moves with its hidden scale per standard deviation of the latter, that of the scale's
-    logarithm; None for one of a grid)."""
+    """(by how much the strength moves with its hidden scale, or that of a kick with its instant, per standard deviation
+    of the latter, that of the scale's logarithm; None for one of a grid)."""
+    if c.kick_at_s is not None:
+        _, sd_s, per_s = lateness(final, c)
+        return abs(per_s) * sd_s if math.isfinite(sd_s) else 0.0, None
     if c.scale_limits is not None:
         spread, log_std = scale_errors(final, c, pool)
         return spread, log_std or None  # 0 where the data do not determine it

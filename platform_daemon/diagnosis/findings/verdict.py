@@ -80,7 +80,9 @@ def _doubts(
 ) -> Iterator[str]:
     """Why named effects may not be all, or not the right ones."""
     together = [n for n in named if n.candidate in final.hypothesis.common]
-    if after.total.dof > 0 and after.total.chi2_per_dof > _LIMITS.predicted_chi2_per_dof:
+    if after.total.dof > 0 and after.total.chi2_per_dof > max(
+        _LIMITS.predicted_chi2_per_dof, 1.0 + _LIMITS.predicted_sigma * math.sqrt(2.0 / after.total.dof)
+    ):
         yield f"held-out data are predicted to chi2/dof {after.total.chi2_per_dof:.3g} only"
     if _significant(found, final):
         yield "what the named effects leave over is no noise"
@@ -122,7 +124,7 @@ def _patched(final: JointFit, together: Sequence[Candidate]) -> bool:
 
 def _kind(candidate: Candidate) -> str:
     """Where an effect acts."""
-    if candidate.term is not None:
+    if candidate.term is not None or candidate.kick_at_s is not None:
         return "motion"
     return "beside" if candidate.additive else "receiver"
 

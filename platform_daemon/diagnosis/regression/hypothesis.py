@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.shots.kicked_motion import Kick, KickedState
 from platform_daemon.diagnosis.shots.linearisation import Linearisation
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
@@ -19,10 +20,12 @@ _LIMITS = THRESHOLDS.regression
 
 
 def _rank(candidate: Candidate) -> int:
-    """Torque effects, then receiver effects, then shared additive ones, then those of each shot."""
+    """Torque effects, then receiver effects and kicks, then shared additive ones, then those of each shot."""
     if candidate.term is not None:
         return 0
-    return 1 if candidate.change is not None else 2 if candidate.shared else 3
+    if not candidate.additive:
+        return 1
+    return 2 if candidate.shared else 3
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,7 @@ class Hypothesis:
 
     @cached_property
     def receivers(self) -> tuple[Candidate, ...]:
-        """Effects on the receive side."""
+        """Effects on the receive side, and kicks."""
         return tuple(c for c in self.effects if _rank(c) == 1)
 
     @cached_property
@@ -133,7 +136,18 @@ class Hypothesis:
         values = [0.0 if k in self.held_at_zero else q for k, q in enumerate(own)]
         for c, strength, factor in zip(self.torques, strengths, self.factors(state), strict=False):
             values += [float(strength * factor), *c.hidden]
-        return replace(state, dynamics=replace(state.dynamics, values=tuple(values)))
+        dynamics, kicks = replace(state.dynamics, values=tuple(values)), self._kicks(strengths)
+        if kicks:
+            return KickedState(dynamics, state.observation, state.offsets, kicks)
+        return replace(state, dynamics=dynamics)
+
+    def _kicks(self, strengths: Array) -> tuple[Kick, ...]:
+        """In the order of their times; none beside torques that depend on time, where they count to first order."""
+        if self.augmented.time_dependent:
+            return ()
+        pairs = zip(self.receivers, strengths[len(self.torques) :], strict=False)
+        found = [Kick(c.kick_at_s, float(s)) for c, s in pairs if c.kick_at_s is not None and s != 0.0]
+        return tuple(sorted(found, key=lambda kick: kick.time_s))
 
     def reduced(self, state: FitState) -> FitState:
         """A state of the augmented model as one of the declared model."""
@@ -157,7 +171,7 @@ class Hypothesis:
 
         Parameters that are nearly determined depend on the third digit of the Jacobian.
         """
-        if not self.receivers:
+        if not self.receivers or (not self.augmented.time_dependent and all(c.change is None for c in self.receivers)):
             return linearisation
         here, jacobian = self.changes(linearisation, strengths), linearisation.jacobian.copy()
         sizes = np.linalg.norm(jacobian[: -linearisation.state.offsets.size].reshape(-1, here.size), axis=1)
@@ -167,11 +181,16 @@ class Hypothesis:
         return replace(linearisation, residual=linearisation.residual - here, jacobian=jacobian)
 
     def changes(self, linearisation: Linearisation, strengths: Array) -> Array:
-        """Change of the model's channels by the receiver effects, (channels, m); interactions of two are neglected."""
+        """Change of the model's channels by the receiver effects, (channels, m); interactions of two are neglected.
+
+        A kick is one where torques depend on time, to first order; elsewhere `extended` has it.
+        """
         out = np.zeros_like(linearisation.signal)
         for c, strength in zip(self.receivers, strengths[len(self.torques) :], strict=False):
             if c.change is not None and strength != 0.0:
                 out += c.change(linearisation, float(strength))
+            elif c.columns is not None and c.kick_at_s is not None and self.augmented.time_dependent:
+                out += strength * c.columns(linearisation)[0]
         return out
 
     def shared_columns(self, linearisation: Linearisation) -> Array:

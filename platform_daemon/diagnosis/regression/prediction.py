@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.diagnosis.shots.linearisation import Linearisation, basis_at
+from platform_daemon.diagnosis.shots.linearisation import Linearisation, basis_with_slopes
 from platform_daemon.diagnosis.shots.shot import PreparedShot, SampleGrid, whitening_for
 from platform_daemon.diagnosis.shots.torque_course import course_of
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
@@ -63,8 +63,7 @@ def _whole(prepared: PreparedShot, hypothesis: Hypothesis, state: FitState, stre
     if course is not None:
         full, model = course.extended(full), course.model(model, frozen=True)
     every = _every_sample(prepared)
-    basis = basis_at(every, model, full)
-    return Linearisation.of_basis(every, full, basis)
+    return Linearisation.of_basis(every, full, *basis_with_slopes(every, model, full))
 
 
 def _every_sample(prepared: PreparedShot) -> PreparedShot:

@@ -95,7 +95,7 @@ class ManufacturingError:
     effect: the named one; strength, std: in its unit; alike: those that explain the shots as well; fit: of all shots;
     held_out: the end of each shot, predicted from its beginning; before_chi2: chi^2 of one angle; parameters: means;
     excess_sigma: by how many standard deviations chi^2 exceeds that of noise, that of the noise's level included.
-    sure: the size is surely not 0; else a rotor without an error explains the shots.
+    sure: the size is surely not 0, and large enough to be an error; else a rotor without one explains the shots.
     """
 
     effect: Effect
@@ -144,8 +144,8 @@ def _with_error(value: float, std: float) -> str:
 def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool = False) -> ManufacturingError | None:
     """The error that explains shots which leave their plane; None if none does, or if their drive is not known.
 
-    One whose size may be 0 is no error: a main axis that leans, or a swing that feeds the side modes, is explained by
-    a rotor without one (`sure`).
+    One whose size may be 0, or is less than anybody can make, is no error: a main axis that leans, or a swing that
+    feeds the side modes, is explained by a rotor without one (`sure`).
 
     The first shot is fitted alone in windows that grow, with each error beside the others; the other shots begin with
     what it found in common, so that their ends are predicted from their beginnings; then all are fitted together, with
@@ -187,7 +187,8 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     except (RotorFitError, LostRotorError, NoRestError):
         return None
     strength, std = best.strength
-    sure = abs(strength) > _LIMITS.sure_sigma * std
+    least = _LIMITS.least_m if defect_of(best) == "lateral_displacement_m" else _LIMITS.least_rad
+    sure = abs(strength) > max(_LIMITS.sure_sigma * std, least)
     # A rotor without an error stands in the way of effects of one angle only where it leaves surely no more than noise.
     noise = best.chi2_per_dof < noise_chi2_per_dof and excess_sigma < _LIMITS.doubtful_sigma
     if not (noise or (sure and best.chi2_per_dof < _LIMITS.explained_chi2_per_dof)):

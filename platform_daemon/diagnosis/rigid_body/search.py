@@ -221,28 +221,31 @@ def _fits(
     best: RotorFit = first
 
     def other(start: Start) -> RotorFit | None:
-        return fitted(_nearer(shot, window_s, best, start), to_beat=_to_beat([best], start), whole=False)
+        tried = (fitted(s, to_beat=_to_beat([best], start), whole=False) for s in _nearer(shot, window_s, best, start))
+        return next((fit for fit in tried if fit is not None), None)
 
     return [first, *beside_each_other(other, starts[1:])]
 
 
-def _nearer(shot: RotorShot, window_s: float, best: RotorFit, start: Start) -> Start:
-    """The start, or the best one's values with the law and the creep of the start, if these leave less.
+def _nearer(shot: RotorShot, window_s: float, best: RotorFit, start: Start) -> list[Start]:
+    """Where a fit with a start begins, one after the other: with the best one's values but its own law and creep, unless
+    these leave very much more, and with its own values.
 
-    Two laws of a contact that are alike lie in one valley.  From its own values of the window before, the second one
-    may need twenty steps to the floor, and would be given up as excluded long before.
+    Two laws of a contact that are alike lie in one valley, but from its own values of the window before, the second one
+    may need twenty steps along the floor, and would be given up as excluded long before.  The best one's values may
+    leave as much: what they are off climbs the walls, and one step leads back.
     """
     values, own = best.values[0], start.values
     law = ContactLaw(own.creep_law, own.contact_coupling)
     same_law = law == ContactLaw(values.creep_law, values.contact_coupling)
     if same_law or best.defect != start.defect or best.strength[0] * getattr(own, start.defect) < 0.0:
-        return start
+        return [start]
     moved = values.with_numbers({**law._asdict(), "creep_m_per_s": own.creep_m_per_s})
     try:
         here, there = (float(np.sum(shot.residual(v, window_s) ** 2)) for v in (own, moved))
     except (NoRestError, LostRotorError):
-        return start
-    return replace(start, values=moved) if there < here else start
+        return [start]
+    return [replace(start, values=moved), start] if there < _LIMITS.near_law * here else [start]
 
 
 def _narrowed(

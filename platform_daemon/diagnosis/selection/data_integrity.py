@@ -21,7 +21,7 @@ from platform_daemon.estimation.noise.model import estimate_noise
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
-from platform_daemon.estimation.screening.clipping import saturation
+from platform_daemon.estimation.screening.clipping import find_clipping, saturation
 
 from .significance import log_chance
 
@@ -65,6 +65,25 @@ def data_defects(shots: Sequence[DiagnosisShot]) -> list[DataDefect]:
         else:
             seen[key] = k
     return found
+
+
+def after_clipping(shot: DiagnosisShot, number: int) -> tuple[DiagnosisShot, list[DataDefect]]:
+    """A shot of one angle from where its swing no longer reaches what it was cut off at, and what was left out.
+
+    The swing dies down, so that the rest is as good as any other record; other quantities are left as they are, since
+    their channels are clipped at other times.
+    """
+    found: list[DataDefect] = []
+    while shot.record.quantity == "angle" and saturation(shot.record.valid, "angle") is not None:
+        record, clipped = shot.record, find_clipping(shot.record.valid)
+        assert clipped is not None  # that is what saturation found
+        outwards = record.valid[0] if clipped.side == "top" else -record.valid[0]
+        first = record.valid_from + 1 + int(np.flatnonzero(outwards == outwards.max())[-1])
+        left = replace(record, valid_from=first)
+        where = f"{shot.name}: {clipped}; the swing is followed from sample {first} on, at {first * record.dt_s:.4g} s"
+        found.append(DataDefect(id="saturation", where=where, shot=number))
+        shot = replace(shot, record=left, noise=estimate_noise(left))
+    return shot, found
 
 
 def likeliest_jump(prepared: PreparedShot, hypothesis: Hypothesis) -> bool:

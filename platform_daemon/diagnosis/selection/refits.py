@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -9,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.effects.kick import answer_to_lateness, moved_kick
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly, noise_factor, starting_point
 from platform_daemon.diagnosis.regression.score_test import score_table
@@ -44,7 +46,8 @@ def refined(at: JointFit, pool: Executor) -> JointFit:
         for _ in range(_LIMITS.most_place_moves):
             before = at
             for c in at.hypothesis.common:
-                at = _refined_effect(at, c, share, pool) if c.near is not None else at
+                at = _kick_in_time(at, c, pool) if c.kick_at_s is not None else at
+                at = _refined_effect(at, c, share, pool) if c.near is not None and c in at.hypothesis.common else at
             if before.chi2 - at.chi2 < _LIMITS.place_move_chi2 * at.noise_factor:
                 break
     return at
@@ -62,6 +65,47 @@ def _refined_effect(at: JointFit, c: Candidate, share: float, pool: Executor) ->
     best = max(scores, key=lambda pair: pair[0])[1]
     trial = allowed_refit(reduced.hypothesis.plus(best), reduced, pool)
     return at if trial is None or trial.chi2 >= at.chi2 else trial
+
+
+def _kick_in_time(at: JointFit, c: Candidate, pool: Executor) -> JointFit:
+    """A kick at the instant where chi^2 is least, by steps of Newton from where it is."""
+    for _ in range(_LIMITS.most_place_moves):
+        late_s, sd_s, _ = lateness(at, c)
+        if not math.isfinite(sd_s):
+            break
+        most_s = _LIMITS.kick_move_periods * 2.0 * math.pi / at.states[0].dynamics.w
+        moved = moved_kick(c, max(-most_s, min(late_s, most_s)), at.linear[0].linearisation)
+        hypothesis = replace(at.hypothesis, effects=tuple(moved if o is c else o for o in at.hypothesis.effects))
+        try:
+            found = fit_jointly(at.prepared, hypothesis, pool, at.states, at.strengths)
+        except (LostTrajectoryError, np.linalg.LinAlgError):
+            break
+        if found.chi2 >= at.chi2:
+            break
+        settled = at.chi2 - found.chi2 < _LIMITS.place_move_chi2 * at.noise_factor
+        at, c = found, moved
+        if settled:
+            break
+    return at
+
+
+def lateness(at: JointFit, c: Candidate) -> tuple[float, float, float]:
+    """By how much a kick comes later than fitted, s, its standard deviation, and the fall of the strength per second.
+
+    To first order; the standard deviation is infinite where nothing tells.
+    """
+    assert c.kick_at_s is not None
+    linear, where = at.linear[0], dict(zip(map(id, at.hypothesis.common), at.hypothesis.slices, strict=True))[id(c)]
+    answer = answer_to_lateness(c.kick_at_s, float(at.strengths[where][0]), linear.linearisation)
+    column = linear.without_own(linear.linearisation.white(answer[None]).T)[:, 0]
+    columns = linear.without_own(linear.columns)
+    along = np.linalg.lstsq(columns, column, rcond=None)[0]
+    column = column - columns @ along
+    power = float(column @ column)
+    if not power > 0.0:
+        return 0.0, math.inf, 0.0
+    sd_s = math.sqrt(at.noise_factor / power)
+    return float(column @ linear.residual) / power, sd_s, float(along[where][0])
 
 
 def refined_own(

@@ -19,6 +19,7 @@ from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, Trajectory
 
+from .kicked_motion import KickedState, kicked_basis, kicks_of
 from .shot import PreparedShot
 from .torque_course import ProcessNoise, TorqueCourse, course_of
 
@@ -59,11 +60,11 @@ class Linearisation:
     process: ProcessNoise | None = None
 
     @classmethod
-    def of_basis(cls, prepared: PreparedShot, state: FitState, basis: Array) -> Linearisation:
-        """The model's channels only, from the kernel's basis (b, m): no residual, no Jacobian."""
+    def of_basis(cls, prepared: PreparedShot, state: FitState, basis: Array, steepness: Array) -> Linearisation:
+        """The model's channels only, from `basis_with_slopes`: no residual, no Jacobian."""
         d, gains = state.dynamics, state.observation.gains(state.dynamics.w)
         odd, even = gains[:, :1] * basis[0], gains[:, 1:] * basis[1]
-        slopes = d.w * np.stack([gains[:, :1] * basis[2], gains[:, 1:] * basis[3]])
+        slopes = d.w * np.stack([gains[:, :1] * steepness[0], gains[:, 1:] * steepness[1]])
         nothing = np.zeros((0, *odd.shape))
         # Derivatives by phase and by amplitude.
         free = np.stack([basis[2:4], basis[6:8]]) if state.observation.observable == STATE else np.zeros((2, 2, 0))
@@ -209,10 +210,10 @@ def linearise_signal(
     seen, traced, course = state, model, course_of(state)
     if course is not None:
         seen, traced = course.extended(state), course.model(model, frozen=frozen_course)
-    basis = basis_at(prepared, traced, seen)
+    basis, steepness = basis_with_slopes(prepared, traced, seen)
     if not np.abs(basis).max() < _LIMITS.largest_sensitivity:
         raise LostTrajectoryError("the motion answers without bounds to its parameters")
-    found = Linearisation.of_basis(prepared, state, basis)
+    found = Linearisation.of_basis(prepared, state, basis, steepness)
     residual = prepared.data - found.signal - state.offsets[:, None]
     by_parameter = coefficient_jacobian(model, state) if frozen_course else coefficient_jacobian(traced, seen)
     even = np.tensordot(by_parameter[..., 1::2], basis[1::2], 1)
@@ -234,17 +235,24 @@ def basis_at(prepared: PreparedShot, model: RingDownModel, state: FitState, obse
 
     observable: None for the recorded one.
     """
+    return basis_with_slopes(prepared, model, state, observable)[0]
+
+
+def basis_with_slopes(
+    prepared: PreparedShot, model: RingDownModel, state: FitState, observable: int | None = None
+) -> tuple[Array, Array]:
+    """The same, and the time derivatives (2, m) of its first two rows in units of w."""
     observable = state.observation.observable if observable is None else observable
     places = tuple((g.first, g.last, g.factor) for g in prepared.grids)
-    key = (model.terms, state.dynamics, observable, places)
+    key = (model.terms, state.dynamics, kicks_of(state), observable, places)
     found = prepared.bases.get(key)
     if found is None:
         found = _basis(prepared, model, state, observable)
         if len(model.coefficients) > _LIMITS.kept_coefficients:
-            return found
+            return _split(found, state)
         found.flags.writeable = False
         keep(prepared.bases, key, found)
-    return found
+    return _split(found, state)
 
 
 def keep(bases: dict[tuple[object, ...], Array], key: tuple[object, ...], found: Array) -> None:
@@ -256,11 +264,20 @@ def keep(bases: dict[tuple[object, ...], Array], key: tuple[object, ...], found:
 
 
 def _basis(prepared: PreparedShot, model: RingDownModel, state: FitState, observable: int) -> Array:
+    """The basis; after kicks the time derivatives of its first two rows are no longer among the others, and last."""
     d, rate = state.dynamics, prepared.shot.rate_hz
     # Torques that depend on time are integrated once; the others have tables.
     places = [(g.first, g.last, g.factor / rate) for g in prepared.grids]
+    if isinstance(state, KickedState):
+        pieces = [np.concatenate(kicked_basis(model, state, *place, observable)) for place in places]
+        return np.concatenate(pieces, axis=1)
     if model.time_dependent:
         trajectory = Trajectory(model, d, max(last * dt_s for _, last, dt_s in places))
         return np.concatenate([trajectory.basis(*place, observable) for place in places], axis=1)
     workspace = Workspace(model)
     return np.concatenate([workspace.basis(d, *place, observable) for place in places], axis=1)
+
+
+def _split(found: Array, state: FitState) -> tuple[Array, Array]:
+    """The basis and the time derivatives."""
+    return (found[:-2], found[-2:]) if isinstance(state, KickedState) else (found, found[2:4])

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.rigid_rotor.equations import LANES
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.thresholds import THRESHOLDS
 
@@ -105,6 +106,54 @@ class _Point:
     total: float
 
 
+@dataclass(eq=False)
+class _Path:
+    """The way back to the floor after a step.
+
+    layout: of the parameters; begun: total chi^2 before the step; strong, weight: as `_strong_directions` has them;
+    next_values: where it goes on; best: the least place so far.
+    """
+
+    layout: Layout
+    begun: float
+    strong: Array
+    weight: Array
+    next_values: list[RotorValues]
+    best: _Point | None = None
+    ended: bool = False
+    backs: list[Array] = field(default_factory=list)
+    went: list[Array] = field(default_factory=list)
+
+    @property
+    def total(self) -> float:
+        """Least chi^2 so far; infinite before there is one."""
+        return math.inf if self.best is None else self.best.total
+
+    @property
+    def leads_down(self) -> bool:
+        """It is below where it began."""
+        return self.total < self.begun
+
+    def reaches(self, at: _Point | None, gradient: Array | None) -> None:
+        """Go on from a place with its gradient by the Jacobian of the beginning; None: there is no such rotor."""
+        if at is not None and gradient is not None and at.total < self.total:
+            self.best = at
+            back = self.strong.T @ gradient / self.weight
+            rise = at.total - self.begun
+            if not float(self.weight @ back**2) > max(LIMITS.settled_chi2, LIMITS.worth_returning * rise):
+                self.ended = True
+                return
+            self.backs.append(back)
+            self.went.append(_accelerated(self.backs, self.went, np.sqrt(self.weight)))
+        elif len(self.went) > 1:  # once more without acceleration
+            self.backs, self.went = self.backs[-1:], self.backs[-1:]
+        else:
+            self.ended = True
+            return
+        assert self.best is not None
+        self.next_values = self.layout.moved(self.best.values, self.strong @ self.went[-1])
+
+
 class Valley:
     """Damped Gauss-Newton along the floor of a curved valley.
 
@@ -119,6 +168,7 @@ class Valley:
         self, shots: Sequence[RotorShot], layout: Layout, first: Sequence[RotorValues], window_s: float
     ) -> None:
         self._shots, self._layout, self._first, self._window_s = shots, layout, first, window_s
+        self.beside = LANES if len(shots) == 1 else 1  # trials that take no longer than one
 
     def linearised(self, values: Sequence[RotorValues], pool: Executor) -> _Normal:
         """Raises RotorFitError."""
@@ -150,45 +200,59 @@ class Valley:
             raise RotorFitError("the rotor with the start values cannot be followed")
         return found
 
-    def trial(
-        self, values: Sequence[RotorValues], step: Array, room: float, normal: _Normal, pool: Executor
-    ) -> _Point | None:
-        """Where a step leads, back on the floor; None where there is no such rotor.
+    def trials(
+        self,
+        values: Sequence[RotorValues],
+        steps: Sequence[Array],
+        rooms: Sequence[float],
+        normal: _Normal,
+        pool: Executor,
+    ) -> tuple[_Point | None, int]:
+        """Where the first of some steps that leads down ends, back on the floor, and the number of that step.
 
-        room: share of the most that a logarithm may change.
+        None where there is no such rotor.  Of one shot all steps go beside each other, in the lanes of one integration.
+
+        rooms: of each step, share of the most that a logarithm may change.
 
         Raises RotorFitError.
         """
+        paths = [self._path(values, step, room, normal) for step, room in zip(steps, rooms, strict=True)]
+        for _ in range(1 + LIMITS.most_returns):
+            going = [path for path in paths if not path.ended]
+            for path, at in zip(going, self._each([path.next_values for path in going], pool), strict=True):
+                path.reaches(at, None if at is None else self._gradient(at, normal))
+            # the first one that leads down counts, so that those after it need not be known
+            if next((path for path in paths if not path.ended or path.leads_down), paths[0]).ended:
+                break
+        first = next((k for k, path in enumerate(paths) if path.leads_down), 0)
+        return paths[first].best, first
+
+    def _path(self, values: Sequence[RotorValues], step: Array, room: float, normal: _Normal) -> _Path:
+        """Raises RotorFitError."""
         share = LIMITS.strong_share if len(self._shots) == 1 else LIMITS.strong_share_of_several
         # Of what the data tell too little to bound its steps, a return gives only a small part.
         bounded = normal.matrix + np.diag((room * self._layout.most_step) ** -2.0)
         strong, weight = _strong_directions(bounded, share)
-        best: _Point | None = None
-        backs: list[Array] = []
-        went: list[Array] = []
-        for _ in range(1 + LIMITS.most_returns):
-            at = self._at(self._layout.moved(values, step), pool)
-            if at is not None and (best is None or at.total < best.total):
-                best = at
-                back = strong.T @ self._gradient(at, normal) / weight
-                rise = at.total - normal.total
-                if not float(weight @ back**2) > max(LIMITS.settled_chi2, LIMITS.worth_returning * rise):
-                    break
-                backs.append(back)
-                went.append(_accelerated(backs, went, np.sqrt(weight)))
-            elif len(went) > 1:  # once more without acceleration
-                backs, went = backs[-1:], backs[-1:]
-            else:
-                break
-            assert best is not None
-            values, step = best.values, strong @ went[-1]
-        return best
+        return _Path(self._layout, normal.total, strong, weight, self._layout.moved(values, step))
+
+    def _each(self, places: Sequence[list[RotorValues]], pool: Executor) -> list[_Point | None]:
+        """Of several places; None where the rotor cannot be followed."""
+        if len(self._shots) > 1 or len(places) == 1:
+            return [self._at(values, pool) for values in places]
+        try:
+            left = residuals([*self._shots] * len(places), [v for (v,) in places], self._window_s, pool)
+        except (NoRestError, LostRotorError):  # one of them
+            return [self._at(values, pool) for values in places]
+        return [self._point(values, [one]) for values, one in zip(places, left, strict=True)]
 
     def _at(self, values: list[RotorValues], pool: Executor) -> _Point | None:
         try:
             left = residuals(self._shots, values, self._window_s, pool)
         except (NoRestError, LostRotorError):
             return None
+        return self._point(values, left)
+
+    def _point(self, values: list[RotorValues], left: list[Array]) -> _Point:
         known = self._layout.prior(values, self._first)[2]
         return _Point(values, left, sum(float(r @ r) for r in left) + known)
 
@@ -248,6 +312,12 @@ class _Caution:
         """Steps are held back no more than the first one was."""
         return self.damping <= self.first and self.room == 1.0
 
+    def after_failure(self, grows: float, short: bool) -> _Caution:
+        """More of it; grows: of the damping; short: a component was held at its bound, which is made smaller first."""
+        if short and self.room > LIMITS.least_room:
+            return replace(self, room=self.room * LIMITS.room_falls)
+        return replace(self, damping=self.damping * grows)
+
     def eased(self, least: float) -> None:
         """Once less of it; least: of the damping."""
         self.damping = max(LIMITS.damping_falls * self.damping, least)
@@ -263,27 +333,37 @@ def _led_down(
     ends: tuple[float, float],
     pool: Executor,
 ) -> tuple[_Point | None, float, bool]:
-    """Where the first trial leads that lowers chi^2, None: none does; the fall that it promised; it was the first one.
+    """Where a trial leads that lowers chi^2, None: none does; the fall that it promised; it was the first one.
 
-    widest: by how much a step may move each parameter, (size,); caution: grows with each failure; ends: promised falls
-    below which no trial is worth while, and below which none is after a failure.
+    Of one shot so many are tried at once as go beside each other, each with the caution that the failure of the one
+    before would teach.
+
+    widest: by how much a step may move each parameter, (size,); caution: of the first one, and then of the one that was
+    taken; ends: promised falls below which no trial is worth while, and below which none is after a failure.
     """
-    counts, grows, at_once = sum(normal.counts), LIMITS.damping_grows, True
-    on_floor = normal.total < LIMITS.floor_chi2_per_dof * counts
-    step, promised = normal.step(caution.damping, caution.room * widest)
-    while promised > ends[0] and caution.damping < LIMITS.most_damping:
-        reached = valley.trial(here.values, step, caution.room, normal, pool)
+    on_floor = normal.total < LIMITS.floor_chi2_per_dof * sum(normal.counts)
+    more, first, grows = caution, True, LIMITS.damping_grows
+    while True:
+        tried = list[tuple[_Caution, Array, float]]()
+        while len(tried) < valley.beside and more.damping < LIMITS.most_damping:
+            step, promised = normal.step(more.damping, more.room * widest)
+            if not promised > ends[0]:
+                break
+            tried.append((more, step, promised))
+            if promised < ends[1]:
+                break
+            damping = more.damping
+            more = more.after_failure(grows, on_floor and normal.held_short(step, more.room * widest))
+            grows *= 2.0 if more.damping > damping else 1.0
+        if not tried:
+            return None, 0.0, False
+        reached, k = valley.trials(here.values, [s for _, s, _ in tried], [c.room for c, _, _ in tried], normal, pool)
         if reached is not None and reached.total < here.total:
-            return reached, promised, at_once
-        if promised < ends[1]:
-            break
-        at_once = False
-        if on_floor and caution.room > LIMITS.least_room and normal.held_short(step, caution.room * widest):
-            caution.room *= LIMITS.room_falls
-        else:
-            caution.damping, grows = caution.damping * grows, 2.0 * grows
-        step, promised = normal.step(caution.damping, caution.room * widest)
-    return None, promised, False
+            caution.damping, caution.room = tried[k][0].damping, tried[k][0].room
+            return reached, tried[k][2], first and k == 0
+        if tried[-1][2] < ends[1]:
+            return None, 0.0, False
+        first = False
 
 
 def settled(
