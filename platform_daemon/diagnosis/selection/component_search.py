@@ -59,7 +59,8 @@ def tones(at: JointFit, residuals: Sequence[ShotResidual]) -> list[Candidate]:
 
     The periodograms of all shots and channels, each over its noise, are added, so that white noise has a chi-squared
     distribution in every bin (`degrees`: half its degrees of freedom).  The strongest bin above the threshold is a
-    line; its neighbourhood is blanked, and the search goes on.
+    line; its neighbourhood is blanked, and the search goes on.  Far up, where the sweeps of neighbouring harmonics
+    overlap and cover everything, a line is one that is much narrower than a sweep.
     """
     n = next_fast_len(max(x.samples.shape[1] for x in residuals), real=True)
     rate = residuals[0].rate_hz
@@ -73,17 +74,23 @@ def tones(at: JointFit, residuals: Sequence[ShotResidual]) -> list[Candidate]:
     power = power / median_level(power[None], edges)[0] * degrees
     bins = min(x.samples.shape[1] for x in residuals)
     threshold = float(gamma.isf(_LIMITS.line_chance / bins, degrees))
+    hidden = np.zeros(power.size, dtype=bool)
     for d in (state.dynamics for state in at.states):
         zones = Zones.of_sweep(
             d.w, d.amplitude, relative=_LIMITS.sweep_share, margin_hz=_LIMITS.margin_bins * rate / bins
         )
-        power[zones.holds(grid)] = 0.0
+        swept = zones.holds(grid)
+        overlapping = grid > max(_LIMITS.hiding_harmonics, zones.overlap_from) * zones.high_hz
+        hidden |= swept & overlapping
+        power[swept & ~overlapping] = 0.0
     power[grid < _LIMITS.lowest_bins * rate / bins] = 0.0
     found: list[float] = []
+    reach = _LIMITS.blanked_bins * n // bins
     while len(found) < _LIMITS.most_tones and power.max() > threshold:
         peak = int(np.argmax(power))
-        found.append((peak + peak_shift(power, peak)) * rate / n)
-        reach = _LIMITS.blanked_bins * n // bins
+        around = power[max(0, peak - _LIMITS.narrow_reach * reach) : peak + _LIMITS.narrow_reach * reach + 1]
+        if not hidden[peak] or power[peak] > _LIMITS.narrow_ratio * np.median(around):
+            found.append((peak + peak_shift(power, peak)) * rate / n)
         power[max(0, peak - reach) : peak + reach + 1] = 0.0
     return _named(found, 0.5 * bins)
 

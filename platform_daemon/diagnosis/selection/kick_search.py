@@ -42,21 +42,23 @@ def kicks(at: JointFit) -> list[Candidate]:
 def kick_missing(at: JointFit) -> bool:
     """True if the swing around the instant of a fitted kick surely shows less than a part of it.
 
-    A kick that is too small to be seen in so few periods is not missing.
+    A kick that is too small to be seen in so few periods is not missing, unless it stands beside torques: then it may
+    as well mend what these are wrong by.
     """
     pairs = zip(at.hypothesis.common, at.hypothesis.slices, strict=True)
-    return any(_missing(at, c.detail.sample or 0, where) for c, where in pairs if c.effect is KICK)
+    alone = not at.hypothesis.torques
+    return any(_missing(at, c.detail.sample or 0, where, alone) for c, where in pairs if c.effect is KICK)
 
 
-def _missing(at: JointFit, sample: int, where: slice) -> bool:
-    """Of the kick at a sample, whose strength is at this place."""
+def _missing(at: JointFit, sample: int, where: slice, alone: bool) -> bool:
+    """Of the kick at a sample, whose strength is at this place; alone: beside no torques."""
     linear, record = at.linear[0], at.prepared[0].shot.record
     frequency_hz = at.states[0].dynamics.w / (2.0 * math.pi)
     time = linear.linearisation.time_s - sample * record.dt_s
     near = np.abs(time) < _LIMITS.kick_margin_periods / frequency_hz
     slow = waves(time[near], frequency_hz, _LIMITS.kick_margin_periods / frequency_hz)[0].T
     if slow.shape[0] < slow.shape[1] + _LIMITS.kick_free_instants:
-        return False
+        return not alone
     q = np.linalg.qr(slow)[0]
     strength, column = float(at.strengths[where][0]), linear.columns[near, where][:, 0]
     column, left = column - q @ (q.T @ column), linear.residual[near] - q @ (q.T @ linear.residual[near])
@@ -64,9 +66,9 @@ def _missing(at: JointFit, sample: int, where: slice) -> bool:
     more = float(column @ left) / max(power, 1e-300)
     rest = left - more * column
     sd = math.sqrt(max(1.0, float(rest @ rest) / (rest.size - q.shape[1] - 1)) / max(power, 1e-300))
-    return math.copysign(1.0, strength) * (strength + more) + _LIMITS.kick_sigma * sd < (
-        _LIMITS.kick_local_share * abs(strength)
-    )
+    shown = math.copysign(1.0, strength) * (strength + more)
+    surely_less = shown + _LIMITS.kick_sigma * sd < _LIMITS.kick_local_share * abs(strength)
+    return surely_less or not (alone or shown > _LIMITS.kick_shown_sigma * sd)
 
 
 def _gains(at: JointFit) -> Array:

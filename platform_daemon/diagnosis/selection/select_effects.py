@@ -6,6 +6,7 @@ torque is missing, no line is. Each is therefore judged beside the other.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
@@ -13,8 +14,10 @@ from dataclasses import replace
 from platform_daemon.diagnosis.effects.additive import OSCILLATIONS
 from platform_daemon.diagnosis.effects.effect import Candidate
 from platform_daemon.diagnosis.regression.cross_validation import cross_validate
-from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly
+from platform_daemon.diagnosis.shots.shot import PreparedShot, as_measured, whitening_for
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.noise.model import OWN_RESIDUAL
 
 from .refits import lines_in_place, refit
 from .stepwise import ProgressCallback, Selection, StepwiseSearch
@@ -40,9 +43,12 @@ def select_effects(
     """
     if base.prepared[0].shot.record.quantity != "angle" or _quiet(base):
         return StepwiseSearch(base, list(candidates), pool, progress, on_larger_sets=on_larger_sets).run(base)
+    sets, beside = _AngleSearch(base, candidates, pool, progress).run()
+    if beside.best.chi2_per_dof < _LIMITS.quieter_chi2_per_dof:
+        # What looked like noise beside the swing was a part of it, or a line.
+        base = fit_jointly(_as_quiet_as(beside.best), base.hypothesis, pool, base.states)
+        sets, beside = _AngleSearch(base, candidates, pool, progress).run(_oscillations(beside.best))
     every = StepwiseSearch(base, list(candidates), pool, progress)
-    search = _AngleSearch(base, candidates, pool, progress)
-    sets, beside = search.run()
     return replace(
         beside,
         tried=every.singles(every.score_table(base)),
@@ -52,6 +58,17 @@ def select_effects(
         torques=sets.best,
         others=sets.others,
     )
+
+
+def _as_quiet_as(best: JointFit) -> list[PreparedShot]:
+    """The shots with noise of the level that a fit leaves over."""
+    out = []
+    for prepared in best.prepared:
+        noise = prepared.shot.noise.at_level(math.sqrt(best.chi2_per_dof), OWN_RESIDUAL)
+        shot = as_measured(replace(prepared.shot, noise=noise))
+        white = whitening_for(shot, prepared.grids, prepared.state.dynamics.w / (2.0 * math.pi))
+        out.append(replace(prepared, shot=shot, white=white))
+    return out
 
 
 class _AngleSearch:
@@ -66,10 +83,11 @@ class _AngleSearch:
         self._progress = progress
         self._judged_beside = 0  # oscillations, when torques were judged last
 
-    def run(self) -> tuple[TorqueSearch, Selection]:
-        """The last search of sets of torques, and everything that was found."""
-        sets = self._torques(self._base)
-        beside = self._beside(sets.best)
+    def run(self, lines: Sequence[Candidate] = ()) -> tuple[TorqueSearch, Selection]:
+        """The last search of sets of torques, and everything that was found; lines: that are known beforehand."""
+        known = refit(self._base.hypothesis.plus(*lines), self._base, self._pool) if lines else None
+        sets = self._torques(known or self._base)
+        beside = self._beside(sets.best, known)
         for _ in range(_LIMITS.torque_rounds):
             again = self._again(sets, beside)
             if again is None:

@@ -242,12 +242,14 @@ class StepwiseSearch:
         lines, sides = self._scan(at)
         offered = [*lines, *(c for c in sides if not c.shared)]
         floor = _LIMITS.negligible_share * max(self._base.chi2 - at.chi2, 0.0)
+        quiet = at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
         best: _PerShotEffect | None = None
         for c in offered:
             if _same_effect_in(c, at):
                 continue
             gain = own_gain(at, c, self._pool)
-            if gain.fall > floor:
+            # A line outside the sweeps of the harmonics is no digit of a motion that is followed down to the noise.
+            if gain.fall > floor or (c.tones_hz and quiet):
                 trials = self._trials * c.trials
                 log_p = log_chance(gain.gain, gain.columns, trials)
                 if best is None or log_p < best.log_p:

@@ -74,6 +74,11 @@ class Zones:
         slowest_hz = natural_hz * frequency_ratio(min(abs(amplitude_rad), LIMITS.widest_swing_rad))
         return cls(low_hz=slowest_hz * (1.0 - relative), high_hz=natural_hz * (1.0 + relative), margin_hz=margin_hz)
 
+    @property
+    def overlap_from(self) -> float:
+        """Order of the first harmonic whose zone reaches that of the next one."""
+        return self.low_hz / max(self.high_hz - self.low_hz + 2.0 * self.margin_hz, 1e-300)
+
     def holds(self, frequency_hz: Array | float) -> np.ndarray:
         """True where a harmonic may be."""
         k = np.maximum(np.round(frequency_hz / (0.5 * (self.low_hz + self.high_hz))), 1.0)
