@@ -17,7 +17,7 @@ from platform_daemon.diagnosis.regression.score_test import ScoreTable, score_ta
 from platform_daemon.diagnosis.selection.confounders import Confounder, confounders, gain_of, two_in_place
 from platform_daemon.diagnosis.selection.data_integrity import DataDefect
 from platform_daemon.diagnosis.selection.refits import lateness
-from platform_daemon.diagnosis.selection.scales import scale_errors
+from platform_daemon.diagnosis.selection.scales import scale_errors, spread_by_other_scales
 from platform_daemon.diagnosis.selection.significance import log_chance
 from platform_daemon.diagnosis.selection.stepwise import Selection
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
@@ -67,12 +67,14 @@ def accepted_effects(
     named, final = [], table.joint_fit
     angle = final.prepared[0].shot.record.quantity == "angle"  # there all sets of torques were fitted
     f_nat = float(np.mean([s.dynamics.w for s in final.states])) / (2.0 * math.pi)
+    others = spread_by_other_scales(final, pool)
     for c in final.hypothesis.effects:
         alike: tuple[Confounder, ...] = ()
         log_scale_std: float | None = None
         if c in final.hypothesis.common:
             where = next(s for o, s in zip(final.hypothesis.common, final.hypothesis.slices, strict=True) if o is c)
             value, std = _strength(c, final, where)
+            std = math.hypot(std, *others[where])
             if c.hidden or c.kick_at_s is not None:
                 spread, log_scale_std = _scale_errors(c, final, found.base, pool)
                 std = math.hypot(std, spread)

@@ -114,6 +114,22 @@ def _with_scale(along: _Along, step: Array, pool: Executor) -> JointFit | None:
         return None
 
 
+def spread_by_other_scales(at: JointFit, pool: Executor) -> Array:
+    """By how much each strength (q,) moves with the scales of other effects per standard deviation of these.
+
+    To first order; two effects of one friction, one of which has a scale, know it together.
+    """
+    squares = np.zeros(at.hypothesis.size)
+    for c in at.hypothesis.torques:
+        if c.scale_limits is None:
+            continue
+        along = _along(at, c, pool)
+        moved = along.following(math.sqrt(along.covariance[-1, -1] * at.noise_factor))[:-1]
+        moved[_column(at, c)] = 0.0
+        squares += moved**2
+    return np.sqrt(squares)
+
+
 def scale_errors(at: JointFit, c: Candidate, pool: Executor) -> tuple[float, float]:
     """(by how much a strength moves with its scale per standard deviation of the latter, that of its logarithm).
 
