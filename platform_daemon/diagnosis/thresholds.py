@@ -179,6 +179,7 @@ class Selection:
     line_place_shares: tuple[float, ...] = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
     torque_rounds: int = 3  # in which torques are judged again beside the lines that were found [cost]
     most_place_moves: int = 5  # moves of a place or hidden scale per grid step [cost]
+    white_samples: float = 4.0  # samples per independent value up to which a residual was not filtered [unset]
     quieter_chi2_per_dof: float = 0.7  # below which the noise of an angle was taken for too large [unset]
     kick_move_periods: float = 0.25  # by which the instant of a kick moves at once, at most [physics]
     place_move_chi2: float = 0.5  # fall of chi^2 that makes another move worth while [cost]
@@ -233,7 +234,7 @@ class Selection:
     # order of a harmonic from which on its sweep, where it overlaps the next one, hides no line that is narrow [unset]
     hiding_harmonics: float = 7.0
     narrow_ratio: float = 30.0  # of a line over the median around it, by which it is no sweep [unset]
-    narrow_reach: int = 10  # times the width of a line, around it [unset]
+    narrow_reach: int = 3  # times the width of a line, around it [unset]
     kick_shown_sigma: float = 3.0  # by which it must be seen there beside torques [noise: 1e-3]
     kick_local_share: float = 0.5  # of its size that they must show: the place is known to a part of a period [unset]
     kick_spacing_periods: float = 3.0  # periods between two kicks [A]

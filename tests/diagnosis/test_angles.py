@@ -53,6 +53,37 @@ def test_a_kick_is_named_with_its_instant_and_its_size(dry):
     assert found.detail.sample / RATE == pytest.approx(8.3 / NATURAL_HZ, abs=0.03 / NATURAL_HZ)
 
 
+def test_a_kick_that_changes_the_whole_swing_is_told_exactly():
+    """A fifth of the velocity: the frequency of the wide swing changes with it, and no linear answer follows that."""
+    report = diagnosed(kicked(1.4, 40.0, at_period=9.27, change=0.25), 2e-2)
+    (found,) = report.effects
+    assert (report.verdict, found.id) == ("explained", "kick")
+    assert found.strength.value == pytest.approx(0.25 * 2.0 * np.pi * NATURAL_HZ, abs=3.5 * found.strength.std)
+    assert found.strength.std < 0.02 * found.strength.value
+    assert found.detail.sample / RATE == pytest.approx(9.27 / NATURAL_HZ, abs=0.01 / NATURAL_HZ)
+
+
+def test_a_clipped_swing_is_followed_from_where_it_is_whole():
+    angle = np.clip(swing(1.2, 40.0, viscous=0.01), -1.0, 9.0)
+    report = diagnosed(angle, 0.0)
+    (defect,) = report.integrity
+    assert (report.verdict, defect.id) == ("nothing_missing", "saturation")
+    assert "pile up at its bottom; the swing is followed from sample" in defect.where
+    after = report.parameters_after["lambda_per_s"]
+    assert after.value == pytest.approx(0.01 * 2.0 * np.pi * NATURAL_HZ, abs=4.0 * after.std)
+
+
+def test_a_line_is_found_beside_a_swing_whose_harmonics_sweep_over_it():
+    """From the fourth one on they cover all frequencies of a swing that begins at 110 degrees."""
+    angle = swing(1.9, 24.0, viscous=0.012, dry=0.004)
+    line = 3e-3 * np.cos(2.0 * np.pi * 31.97 * np.arange(angle.size) / RATE)
+    report = diagnosed(angle + line, 1e-3)
+    named = {e.id: e for e in report.effects}
+    assert (report.verdict, set(named)) == ("explained", {"coulomb_friction", "spectral_line"})
+    assert named["spectral_line"].strength.value == pytest.approx(3e-3, rel=0.1)
+    assert 0.85 < report.held_out.chi2_per_dof_after < 1.2
+
+
 def test_friction_that_falls_with_the_speed_to_a_floor_is_told_with_its_floor():
     """Not with a kick or a loss that feeds the motion, which mend what a friction without a floor is wrong by."""
     report = diagnosed(swing(0.75, 50.0, viscous=0.0015, dry=0.0022, more_at_rest=0.0088, speed=0.09), 2.5e-3)

@@ -132,12 +132,17 @@ def test_three_columns_of_a_matlab_matrix_are_the_channels_of_one_signal(tmp_pat
 SWAPPED = TIME_S.copy()
 SWAPPED[[100, 101, 300, 301]] = TIME_S[[101, 100, 301, 300]]
 SHUFFLED = np.random.default_rng(2).permutation(600)
+RING = np.roll(np.arange(600), 250)  # as a ring buffer is read out
 
 
 @pytest.mark.parametrize(
     ("time_s", "angle", "moved"),
-    [(SWAPPED, np.interp(SWAPPED, TIME_S, ANGLE_RAD), 4), (TIME_S[SHUFFLED], ANGLE_RAD[SHUFFLED], None)],
-    ids=["two pairs", "no order at all"],
+    [
+        (SWAPPED, np.interp(SWAPPED, TIME_S, ANGLE_RAD), 4),
+        (TIME_S[SHUFFLED], ANGLE_RAD[SHUFFLED], None),
+        (TIME_S[RING], ANGLE_RAD[RING], 600),
+    ],
+    ids=["two pairs", "no order at all", "two stretches exchanged"],
 )
 def test_samples_with_shuffled_stamps_are_sorted_and_that_is_told(time_s, angle, moved, tmp_path):
     moved = moved or np.count_nonzero(np.argsort(SHUFFLED) != np.arange(600))
@@ -161,7 +166,11 @@ def test_a_command_tells_that_samples_were_sorted(tmp_path):
 
 @pytest.mark.parametrize(
     "time_s",
-    [TIME_S[::-1], np.roll(TIME_S, 30), np.concatenate([TIME_S[:300], TIME_S[:300] + 0.005])],
+    [
+        TIME_S[::-1],
+        np.concatenate([TIME_S[570:] + 0.1, TIME_S[:570]]),
+        np.concatenate([TIME_S[:300], TIME_S[:300] + 0.005]),
+    ],
     ids=["counts down", "another run first", "begins again"],
 )
 def test_a_clock_that_runs_back_is_not_sorted(time_s):

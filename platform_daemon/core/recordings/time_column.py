@@ -14,6 +14,8 @@ _SWAPPED = (
     16  # samples: stamps that are off by at most so many places are in disorder, and those further off, another run
 )
 
+_STRETCH = 8  # samples of a stretch in order, in the mean: stamps in turns are those of two clocks
+
 
 def order_of(time_s: Times) -> tuple[NDArray[np.intp], str] | None:
     """(order that sorts samples with shuffled stamps, what was done in words); None: there is nothing to sort.
@@ -31,7 +33,7 @@ def order_of(time_s: Times) -> tuple[NDArray[np.intp], str] | None:
     steps = np.diff(time_s[order])
     usual = float(np.median(steps))
     seams = steps[np.diff(order) != 1]
-    fit_together = seams.max() < (1.0 + _UNEVEN) * usual and backwards < 0.9 * time_s.size
+    fit_together = seams.max() < (1.0 + _UNEVEN) * usual and seams.size * _STRETCH < time_s.size
     if not (in_no_order or moved.max() <= _SWAPPED or fit_together) or steps.min() < (1.0 - _UNEVEN) * usual:
         return None
     return order, f"the times of {np.count_nonzero(moved)} samples were out of order; the samples were sorted by time"

@@ -162,8 +162,7 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     most_chi2_per_dof = _LIMITS.given_up_chi2_per_dof if leaving_noise else _LIMITS.explained_chi2_per_dof
     try:
         best_first, *rivals = ranked(shots[0], pool, most_chi2_per_dof)
-        of_first = [made_whole(best_first, pool), *rivals]
-        fits = each_alone(shots, of_first[0], pool)
+        of_first, fits = _like_the_first([made_whole(best_first, pool), *rivals], shots, pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
             # One after the other: shots together keep all cores busy, and two Jacobians would be kept at once.
@@ -210,6 +209,29 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
         excess_sigma=excess_sigma,
         sure=sure,
     )
+
+
+def _like_the_first(
+    of_first: Sequence[RotorFit], shots: Sequence[RotorShot], pool: Executor
+) -> tuple[list[RotorFit], list[RotorFit]]:
+    """Fits of the first shot, and those of each shot alone that go with the first of these.
+
+    An error that is not told from others in the first shot, as in a weak one, may not explain the others: then the one
+    comes first that leaves least in all.
+
+    Raises RotorFitError.
+    """
+    best: tuple[list[RotorFit], list[RotorFit]] | None = None
+    for k, first in enumerate(of_first):
+        with suppress(RotorFitError):
+            fits = each_alone(shots, first, pool)
+            if best is None or sum(map(total_chi2, fits)) < sum(map(total_chi2, best[1])):
+                best = [first, *of_first[:k], *of_first[k + 1 :]], fits
+            if all(f.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof for f in fits):
+                break
+    if best is None:
+        raise RotorFitError("no error explains each of the shots")
+    return best
 
 
 def _one_law(others: Sequence[RotorFit], best: RotorFit) -> list[RotorFit]:

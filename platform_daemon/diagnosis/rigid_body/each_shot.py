@@ -50,7 +50,10 @@ def _like(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Exe
     if not tried:
         raise RotorFitError("a short window of a shot finds no rotor like that of the first one")
     begun = replace(shot, values=min(tried, key=total_chi2).values[0])
-    return fit_rotor([begun], found.defect, pool, first_window_s=2.0 * _LIMITS.sign_window_s, held=common)
+    return fit_rotor(
+        [begun], found.defect, pool, first_window_s=2.0 * _LIMITS.sign_window_s, held=common,
+        most_chi2_per_dof=_LIMITS.explained_chi2_per_dof,
+    )  # fmt: skip
 
 
 def _short_fits(part: RotorShot, found: RotorFit, common: Sequence[str], pool: Executor) -> list[RotorFit]:

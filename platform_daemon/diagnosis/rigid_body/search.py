@@ -85,6 +85,8 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
     """
     part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.sign_window_s)])
     held = _held(shot, _LIMITS.sign_window_s)
+    # Where the state at the start is not known, side modes and orientation are told apart in windows that grow.
+    first_s = _LIMITS.first_free_window_s if shot.start == "free" else math.inf
     found: list[tuple[RotorFit, RotorValues]] = []
     for starts in starts_of(part, pool):
         for start in starts:
@@ -92,8 +94,8 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
             noise = [fit for fit, _ in found if fit.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof]
             with suppress(RotorFitError):
                 fit = fit_rotor(
-                    begun, start.defect, pool, first_window_s=math.inf, whole=False, held=held, known=known,
-                    to_beat=_to_beat(noise, start),
+                    begun, start.defect, pool, first_window_s=first_s, whole=False, held=held, known=known,
+                    to_beat=_to_beat(noise, start), predicts=False,
                 )  # fmt: skip
                 found.append((fit, start.known))
         if any(fit.chi2_per_dof < _LIMITS.explained_chi2_per_dof for fit, _ in found):

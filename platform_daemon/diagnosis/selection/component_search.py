@@ -74,18 +74,19 @@ def tones(at: JointFit, residuals: Sequence[ShotResidual]) -> list[Candidate]:
     power = power / median_level(power[None], edges)[0] * degrees
     bins = min(x.samples.shape[1] for x in residuals)
     threshold = float(gamma.isf(_LIMITS.line_chance / bins, degrees))
+    reach = _LIMITS.blanked_bins * n // bins
     hidden = np.zeros(power.size, dtype=bool)
     for d in (state.dynamics for state in at.states):
         zones = Zones.of_sweep(
             d.w, d.amplitude, relative=_LIMITS.sweep_share, margin_hz=_LIMITS.margin_bins * rate / bins
         )
         swept = zones.holds(grid)
-        overlapping = grid > max(_LIMITS.hiding_harmonics, zones.overlap_from) * zones.high_hz
-        hidden |= swept & overlapping
-        power[swept & ~overlapping] = 0.0
+        wide_hz = 2.0 * _LIMITS.narrow_reach * reach * rate / n
+        from_order = max(_LIMITS.hiding_harmonics, zones.overlap_from, wide_hz / zones.width_hz)
+        hidden |= swept & (grid > from_order * zones.high_hz)
+        power[swept & (grid <= from_order * zones.high_hz)] = 0.0
     power[grid < _LIMITS.lowest_bins * rate / bins] = 0.0
     found: list[float] = []
-    reach = _LIMITS.blanked_bins * n // bins
     while len(found) < _LIMITS.most_tones and power.max() > threshold:
         peak = int(np.argmax(power))
         around = power[max(0, peak - _LIMITS.narrow_reach * reach) : peak + _LIMITS.narrow_reach * reach + 1]

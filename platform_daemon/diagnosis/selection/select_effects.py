@@ -44,7 +44,7 @@ def select_effects(
     if base.prepared[0].shot.record.quantity != "angle" or _quiet(base):
         return StepwiseSearch(base, list(candidates), pool, progress, on_larger_sets=on_larger_sets).run(base)
     sets, beside = _AngleSearch(base, candidates, pool, progress).run()
-    if beside.best.chi2_per_dof < _LIMITS.quieter_chi2_per_dof:
+    if beside.best.chi2_per_dof < _LIMITS.quieter_chi2_per_dof and _is_white(beside.best):
         # What looked like noise beside the swing was a part of it, or a line.
         base = fit_jointly(_as_quiet_as(beside.best), base.hypothesis, pool, base.states)
         sets, beside = _AngleSearch(base, candidates, pool, progress).run(_oscillations(beside.best))
@@ -58,6 +58,11 @@ def select_effects(
         torques=sets.best,
         others=sets.others,
     )
+
+
+def _is_white(best: JointFit) -> bool:
+    """Samples of what a fit leaves are nearly independent, other than those of an angle that was filtered."""
+    return all(a.samples_per_value < _LIMITS.white_samples for a in best.linear)
 
 
 def _as_quiet_as(best: JointFit) -> list[PreparedShot]:

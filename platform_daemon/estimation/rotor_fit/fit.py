@@ -105,6 +105,7 @@ def fit_rotor(
     beside: RotorFit | None = None,
     to_beat: float = math.inf,
     predicts: bool = True,
+    most_chi2_per_dof: float = math.inf,
 ) -> RotorFit:
     """Fit shots of one specimen together.
 
@@ -120,9 +121,11 @@ def fit_rotor(
         beside: a fit with another defect; this one ends where a window's chi^2 rises too far above that one's.
         to_beat: chi^2 of the last window, above which this fit is of no use: it ends where it will not come below.
         predicts: the last window but one is the share of the ring-down from which the rest is to be predicted.
+        most_chi2_per_dof: of a window, above which the fit ends.
 
     Raises:
-        RotorFitError: the start values are far from any rotor, nothing is determined, or `beside` is far better.
+        RotorFitError: the start values are far from any rotor, nothing is determined, `beside` is far better, or a
+            window leaves too much.
     """
     values: list[RotorValues] = [s.values for s in shots]
     first = values if known is None else known
@@ -135,6 +138,8 @@ def fit_rotor(
         values, matrix, chi2, dof = settled(
             shots, layout, values, first, window_s, last, pool, to_beat if ends else math.inf, left_chi2=left_chi2
         )
+        if sum(chi2) > most_chi2_per_dof * sum(dof):
+            raise RotorFitError(f"this rotor does not explain the first {window_s:.3g} s")
         if ends:
             break
         stages.append(Stage(window_s, tuple(values), sum(chi2) + layout.prior(values, first)[2]))

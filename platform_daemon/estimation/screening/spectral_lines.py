@@ -75,9 +75,14 @@ class Zones:
         return cls(low_hz=slowest_hz * (1.0 - relative), high_hz=natural_hz * (1.0 + relative), margin_hz=margin_hz)
 
     @property
+    def width_hz(self) -> float:
+        """Of the sweep of the fundamental, at least the smallest number."""
+        return max(self.high_hz - self.low_hz, 1e-300)
+
+    @property
     def overlap_from(self) -> float:
-        """Order of the first harmonic whose zone reaches that of the next one."""
-        return self.low_hz / max(self.high_hz - self.low_hz + 2.0 * self.margin_hz, 1e-300)
+        """Order of the first harmonic whose sweep reaches that of the next one."""
+        return self.low_hz / self.width_hz
 
     def holds(self, frequency_hz: Array | float) -> np.ndarray:
         """True where a harmonic may be."""
