@@ -46,7 +46,7 @@ class RigidBody:
     )  # fmt: skip
     damping_axis_to_thread: float = 0.5  # between the rotor's own axis and the thread's, at the start [unset]
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
-    # s of the first window of a motion of which no drive is known: one at 93 % of its threshold was not found from 0.1 s
+    # s of the first window where no drive is known; from 0.1 s on one at 93 % of its threshold was not found
     first_free_window_s: float = 0.02
     jewel_distance_from_s: float = 0.5  # s of a window from which on a jewel's distance is free [unset]
     # m/s, of which each law of a contact begins with the one that leaves least in the shortest window [unset]

@@ -35,6 +35,7 @@ from platform_daemon.estimation.rotor_fit.parameters import (
     Defect,
     free_parameters,
 )
+from platform_daemon.estimation.rotor_fit.shot import RotorShot
 
 from .each_shot import each_alone
 from .held_out import HeldOutRotor, held_out_ends

@@ -230,8 +230,8 @@ def _fits(
 
 
 def _nearer(shot: RotorShot, window_s: float, best: RotorFit, start: Start) -> list[Start]:
-    """Where a fit with a start begins, one after the other: with the best one's values but its own law and creep, unless
-    these leave very much more, and with its own values.
+    """Where a fit with a start begins, one after the other: with the best one's values but its own law and creep,
+    unless these leave very much more, and with its own values.
 
     Two laws of a contact that are alike lie in one valley, but from its own values of the window before, the second one
     may need twenty steps along the floor, and would be given up as excluded long before.  The best one's values may
