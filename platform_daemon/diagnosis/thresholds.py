@@ -122,6 +122,7 @@ class Regression:
     step_rank: float = 1e-10  # of the scaled columns, least singular value of a step [digits]
     # least singular value of the scaled columns where errors of a prediction are removed [digits]
     error_rank: float = 1e-12
+    first_order_kick: float = 0.02  # of the swing's speed, up to which a kick counts to first order [physics]
     receiver_step: float = 1e-4  # of the signal, for derivatives of what receivers do to it [digits]
     information_rank: float = 1e-13  # least singular value of scaled normal equations [digits]
     dependent_share: float = 1e-9  # of a column that must be left beside the others to count [digits]
@@ -211,6 +212,10 @@ class Selection:
     level_edges: int = 40  # number of these stretches [unset]
     lowest_bins: float = 3.0  # bins below which there is no line [unset]
     blanked_bins: int = 6  # on either side of a line that is taken [unset]
+    # order of a harmonic from which on its sweep, where it overlaps the next one, hides no line that is narrow [unset]
+    hiding_harmonics: float = 7.0
+    narrow_ratio: float = 30.0  # of a line over the median around it, by which it is no sweep [unset]
+    narrow_reach: int = 3  # times the width of a line, to either side, in which that median is taken [unset]
     margin_bins: float = 4.0  # bins around what the harmonics sweep through, where no line is searched [unset]
     sweep_share: float = 0.002  # relative widening of the range that the harmonics sweep through [unset]
     missed_mains_hz: float = 0.15  # Hz by which a line of the mains may be misread [unset]
@@ -231,10 +236,7 @@ class Selection:
     kick_margin_periods: float = 1.5  # periods at either end where a kick cannot be separated from start or end [A]
     kick_free_instants: int = 8  # beyond the columns of the few periods around a kick that may show it [unset]
     kick_sigma: float = 5.0  # by which it must be missing there to be no kick [noise: 6e-7]
-    # order of a harmonic from which on its sweep, where it overlaps the next one, hides no line that is narrow [unset]
-    hiding_harmonics: float = 7.0
-    narrow_ratio: float = 30.0  # of a line over the median around it, by which it is no sweep [unset]
-    narrow_reach: int = 3  # times the width of a line, around it [unset]
+    unclipped_share: float = 0.1  # of a record's samples, without which it is not followed after clipping [unset]
     kick_shown_sigma: float = 3.0  # by which it must be seen there beside torques [noise: 1e-3]
     kick_local_share: float = 0.5  # of its size that they must show: the place is known to a part of a period [unset]
     kick_spacing_periods: float = 3.0  # periods between two kicks [A]

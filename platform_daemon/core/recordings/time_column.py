@@ -14,7 +14,7 @@ _SWAPPED = (
     16  # samples: stamps that are off by at most so many places are in disorder, and those further off, another run
 )
 
-_STRETCH = 8  # samples of a stretch in order, in the mean: stamps in turns are those of two clocks
+_STRETCH = 8  # samples in the mean stretch of shuffled ones: shorter ones may be the stamps of two clocks in turn
 
 
 def order_of(time_s: Times) -> tuple[NDArray[np.intp], str] | None:

@@ -44,16 +44,19 @@ def kick(time_s: float, period_s: float, rate_hz: float, trials: float) -> Candi
 
 
 def moved_kick(kick_: Candidate, by_s: float, linearisation: Linearisation) -> Candidate:
-    """The same kick at another instant."""
+    """The same kick at another instant, but not so near the ends that it is told from neither start nor end."""
     assert kick_.kick_at_s is not None
     period_s = 2.0 * math.pi / linearisation.state.dynamics.w
-    return kick(kick_.kick_at_s + by_s, period_s, linearisation.prepared.shot.rate_hz, kick_.trials)
+    time, margin_s = linearisation.time_s, THRESHOLDS.selection.kick_margin_periods * period_s
+    time_s = max(float(time[0]) + margin_s, min(kick_.kick_at_s + by_s, float(time[-1]) - margin_s))
+    return kick(time_s, period_s, linearisation.prepared.shot.rate_hz, kick_.trials)
 
 
 def answer_to_lateness(time_s: float, speed_rad_per_s: float, linearisation: Linearisation) -> Array:
     """Change of the angle, (1, m), per second by which a kick comes later.
 
-    So much longer the swing goes on with the old velocity, and so much shorter with the new one.
+    So much longer the swing goes on with the old velocity, and so much shorter with the new one.  The difference of
+    the torques before and after is left out, which is small where the friction is.
     """
     return -speed_rad_per_s * linearisation.state.dynamics.w * _answer(time_s, linearisation, step_of_angle_shares)[0]
 

@@ -17,15 +17,14 @@ from scipy.linalg import solve_triangular
 
 from platform_daemon.diagnosis.regression.linearised_shot import LinearisedShot
 from platform_daemon.diagnosis.regression.start_changes import AMPLITUDE, THETA, W, start_changes
+from platform_daemon.diagnosis.shots.kicked_motion import motion_basis
 from platform_daemon.diagnosis.shots.shot import PreparedShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
-from platform_daemon.estimation.moments.workspace import Workspace
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
-from platform_daemon.estimation.physics.trajectory.direct import Trajectory
 
 _LIMITS = THRESHOLDS.findings
 F_NAT, MOMENT, ZERO = "f_nat_hz", "m_r_am2", "zero_offset_rad"
@@ -78,10 +77,7 @@ def slow_motion(prepared: PreparedShot, model: RingDownModel, state: FitState) -
     blocks = int(min(max(periods, _LIMITS.fewest_blocks), _LIMITS.most_blocks))
     dt_s = float(times[-1] - times[0]) / blocks
     first, last = math.floor(times[0] / dt_s), math.ceil(times[-1] / dt_s) + 1
-    if model.time_dependent:
-        basis = Trajectory(model, d, last * dt_s).basis(first, last, dt_s, STATE)
-    else:
-        basis = Workspace(model).basis(d, first, last, dt_s, STATE)
+    basis, _ = motion_basis(model, state, first, last, dt_s, STATE)
     changes = start_changes(model, state, basis)
     amplitude = np.arccos(np.clip(np.cos(basis[0]) - 0.5 * basis[1] ** 2, -1.0, 1.0))
     times_s, speed = np.arange(first, last) * dt_s, 2.0 * d.w * np.sin(0.5 * amplitude)

@@ -15,6 +15,7 @@ from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 _LIMITS = THRESHOLDS.regression
 
@@ -61,7 +62,7 @@ class Hypothesis:
 
     @cached_property
     def receivers(self) -> tuple[Candidate, ...]:
-        """Effects on the receive side, and kicks."""
+        """Effects on the receive side, and kicks, which act on what the model gives as those do."""
         return tuple(c for c in self.effects if _rank(c) == 1)
 
     @cached_property
@@ -131,23 +132,33 @@ class Hypothesis:
         return mask
 
     def extended(self, state: FitState, strengths: Array) -> FitState:
-        """A state of the declared model as one of the augmented model."""
+        """A state of the declared model as one of the augmented model, with the kicks that it had or that there are.
+
+        Raises LostTrajectoryError as `_kicks` does.
+        """
         own = state.dynamics.values[: len(self.model.coefficients)]
         values = [0.0 if k in self.held_at_zero else q for k, q in enumerate(own)]
         for c, strength, factor in zip(self.torques, strengths, self.factors(state), strict=False):
             values += [float(strength * factor), *c.hidden]
-        dynamics, kicks = replace(state.dynamics, values=tuple(values)), self._kicks(strengths)
+        dynamics, kicks = replace(state.dynamics, values=tuple(values)), self._kicks(state, strengths)
         if kicks:
             return KickedState(dynamics, state.observation, state.offsets, kicks)
         return replace(state, dynamics=dynamics)
 
-    def _kicks(self, strengths: Array) -> tuple[Kick, ...]:
-        """In the order of their times; none beside torques that depend on time, where they count to first order."""
-        if self.augmented.time_dependent:
-            return ()
-        pairs = zip(self.receivers, strengths[len(self.torques) :], strict=False)
+    def _kicks(self, state: FitState, strengths: Array) -> tuple[Kick, ...]:
+        """In the order of their times; small ones beside torques that depend on time count to first order.
+
+        Raises LostTrajectoryError for a large one beside such torques.
+        """
+        rest = strengths[len(self.torques) :]
+        pairs = zip(self.receivers, rest[: len(self.receivers)], strict=True)
         found = [Kick(c.kick_at_s, float(s)) for c, s in pairs if c.kick_at_s is not None and s != 0.0]
-        return tuple(sorted(found, key=lambda kick: kick.time_s))
+        if not self.augmented.time_dependent:
+            return tuple(sorted(found, key=lambda kick: kick.time_s))
+        d = state.dynamics
+        if any(abs(kick.speed_rad_per_s) > _LIMITS.first_order_kick * abs(d.amplitude) * d.w for kick in found):
+            raise LostTrajectoryError("a kick beside torques that depend on time is too large for its first order")
+        return ()
 
     def reduced(self, state: FitState) -> FitState:
         """A state of the augmented model as one of the declared model."""
@@ -171,9 +182,11 @@ class Hypothesis:
 
         Parameters that are nearly determined depend on the third digit of the Jacobian.
         """
-        if not self.receivers or (not self.augmented.time_dependent and all(c.change is None for c in self.receivers)):
+        if not self.receivers:
             return linearisation
         here, jacobian = self.changes(linearisation, strengths), linearisation.jacobian.copy()
+        if all(c.change is None for c in self.receivers):  # the answer to a kick is taken for the same
+            return replace(linearisation, residual=linearisation.residual - here)
         sizes = np.linalg.norm(jacobian[: -linearisation.state.offsets.size].reshape(-1, here.size), axis=1)
         for k in np.flatnonzero(sizes):
             step = _LIMITS.receiver_step * float(np.linalg.norm(linearisation.signal) / sizes[k])
@@ -183,7 +196,7 @@ class Hypothesis:
     def changes(self, linearisation: Linearisation, strengths: Array) -> Array:
         """Change of the model's channels by the receiver effects, (channels, m); interactions of two are neglected.
 
-        A kick is one where torques depend on time, to first order; elsewhere `extended` has it.
+        Where torques depend on time, kicks are among them, to first order; elsewhere `extended` has them.
         """
         out = np.zeros_like(linearisation.signal)
         for c, strength in zip(self.receivers, strengths[len(self.torques) :], strict=False):

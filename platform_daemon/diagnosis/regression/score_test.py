@@ -191,7 +191,7 @@ def _with_torques(
     for place, c in enumerate(wide.torques):
         values[place] = at.strengths[order.index(c)] if c in hypothesis.torques else 0.0
     strengths = np.concatenate([values, at.strengths[len(hypothesis.torques) :]])
-    process, full = at.linear[k].linearisation.process, wide.extended(at.states[k], values)
+    process, full = at.linear[k].linearisation.process, wide.extended(at.states[k], strengths)
     if process is None:
         return wide, values, wide.through(linearise_signal(prepared, wide.augmented, full), strengths)
     # Only the rows of the torques are used; the noise by the course is taken from the shot's own linearisation.

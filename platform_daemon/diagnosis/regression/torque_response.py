@@ -15,11 +15,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.diagnosis.shots.kicked_motion import KickedState, kicked_basis
+from platform_daemon.diagnosis.shots.kicked_motion import motion_basis
 from platform_daemon.diagnosis.shots.shot import PreparedShot, SampleGrid
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.moments.workspace import Workspace
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.numerics.jit import kernel
 from platform_daemon.estimation.physics.models import RingDownModel
@@ -146,9 +145,5 @@ def _piece(
     """The motion at the instants of a grid and at split - 1 places between any two of them."""
     last = split * (grid.last - 1) + 1
     step = grid.factor / prepared.shot.rate_hz / split
-    place = split * grid.first, last, step, STATE
-    if isinstance(state, KickedState):
-        basis, _ = kicked_basis(model, state, *place)
-    else:
-        basis = Workspace(model).basis(state.dynamics, *place)
+    basis, _ = motion_basis(model, state, split * grid.first, last, step, STATE)
     return SampledMotion(basis[0], basis[1])

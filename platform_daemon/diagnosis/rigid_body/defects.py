@@ -215,24 +215,28 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
 def _like_the_first(
     of_first: Sequence[RotorFit], shots: Sequence[RotorShot], pool: Executor
 ) -> tuple[list[RotorFit], list[RotorFit]]:
-    """Fits of the first shot, and those of each shot alone that go with the first of these.
+    """The fits of the first shot in another order, and fits of each shot alone that go with the first of these.
 
-    An error that is not told from others in the first shot, as in a weak one, may not explain the others: then the one
-    comes first that leaves least in all.
+    An error that the first shot does not tell from others, as a weak one may not, need not explain the other shots.
+    The error that does leaves least in all of them, and its fit is put first.
 
-    Raises RotorFitError.
+    of_first: the best first.
+
+    Raises RotorFitError, LostRotorError, NoRestError.
     """
-    best: tuple[list[RotorFit], list[RotorFit]] | None = None
+    if len(shots) == 1:
+        return list(of_first), [of_first[0]]
+    found: list[tuple[int, list[RotorFit]]] = []
     for k, first in enumerate(of_first):
-        with suppress(RotorFitError):
-            fits = each_alone(shots, first, pool)
-            if best is None or sum(map(total_chi2, fits)) < sum(map(total_chi2, best[1])):
-                best = [first, *of_first[:k], *of_first[k + 1 :]], fits
-            if all(f.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof for f in fits):
+        with suppress(RotorFitError, LostRotorError, NoRestError):
+            begun = made_whole(first, pool)
+            found.append((k, each_alone(shots, begun, pool, most_chi2_per_dof=_LIMITS.explained_chi2_per_dof)))
+            if all(f.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof for f in found[-1][1]):
                 break
-    if best is None:
-        raise RotorFitError("no error explains each of the shots")
-    return best
+    if not found:  # values in common that are slightly off; all shots together may find the right ones
+        return list(of_first), each_alone(shots, of_first[0], pool)
+    k, fits = min(found, key=lambda one: sum(map(total_chi2, one[1])))
+    return [fits[0], *of_first[:k], *of_first[k + 1 :]], fits
 
 
 def _one_law(others: Sequence[RotorFit], best: RotorFit) -> list[RotorFit]:

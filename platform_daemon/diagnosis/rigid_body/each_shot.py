@@ -24,17 +24,30 @@ from .search import defect_of, total_chi2
 _LIMITS = THRESHOLDS.rigid_body
 
 
-def each_alone(shots: Sequence[RotorShot], first: RotorFit, pool: Executor) -> list[RotorFit]:
-    """Fits of each shot alone, that of the first one given.  Raises RotorFitError."""
+def each_alone(
+    shots: Sequence[RotorShot], first: RotorFit, pool: Executor, *, most_chi2_per_dof: float = math.inf
+) -> list[RotorFit]:
+    """Fits of each shot alone, that of the first one given.
+
+    most_chi2_per_dof: of any window, above which the error of the first one does not explain a shot.
+
+    Raises RotorFitError.
+    """
+
+    def like(shot: RotorShot, fits: Sequence[RotorFit]) -> RotorFit:
+        return _like(shot, shots[0], fits, pool, most_chi2_per_dof)
+
     if all(shot.start != "swing" for shot in shots[1:]):
-        return [first, *beside_each_other(lambda shot: _like(shot, shots[0], [first], pool), shots[1:])]
+        return [first, *beside_each_other(lambda shot: like(shot, [first]), shots[1:])]
     fits = [first]
     for shot in shots[1:]:  # what is left of the swing of the one before is where each one begins
-        fits.append(_like(shot, shots[0], fits, pool))
+        fits.append(like(shot, fits))
     return fits
 
 
-def _like(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Executor) -> RotorFit:
+def _like(
+    shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Executor, most_chi2_per_dof: float
+) -> RotorFit:
     """A shot with what the first one found in common, held; a short window tells with which start values.
 
     Raises RotorFitError.
@@ -52,7 +65,7 @@ def _like(shot: RotorShot, other: RotorShot, fits: Sequence[RotorFit], pool: Exe
     begun = replace(shot, values=min(tried, key=total_chi2).values[0])
     return fit_rotor(
         [begun], found.defect, pool, first_window_s=2.0 * _LIMITS.sign_window_s, held=common,
-        most_chi2_per_dof=_LIMITS.explained_chi2_per_dof,
+        most_chi2_per_dof=most_chi2_per_dof,
     )  # fmt: skip
 
 

@@ -235,7 +235,7 @@ def _nearer(shot: RotorShot, window_s: float, best: RotorFit, start: Start) -> l
 
     Two laws of a contact that are alike lie in one valley, but from its own values of the window before, the second one
     may need twenty steps along the floor, and would be given up as excluded long before.  The best one's values may
-    leave as much: what they are off climbs the walls, and one step leads back.
+    leave as much as these, since the other law lifts them up a wall; from there one step leads back.
     """
     values, own = best.values[0], start.values
     law = ContactLaw(own.creep_law, own.contact_coupling)

@@ -75,7 +75,8 @@ def tones(at: JointFit, residuals: Sequence[ShotResidual]) -> list[Candidate]:
     bins = min(x.samples.shape[1] for x in residuals)
     threshold = float(gamma.isf(_LIMITS.line_chance / bins, degrees))
     reach = _LIMITS.blanked_bins * n // bins
-    hidden = np.zeros(power.size, dtype=bool)
+    around = np.unique(np.append(np.arange(0, power.size, 2 * _LIMITS.narrow_reach * reach), power.size))
+    narrow = power > _LIMITS.narrow_ratio * median_level(power[None], around)[0]
     for d in (state.dynamics for state in at.states):
         zones = Zones.of_sweep(
             d.w, d.amplitude, relative=_LIMITS.sweep_share, margin_hz=_LIMITS.margin_bins * rate / bins
@@ -83,15 +84,13 @@ def tones(at: JointFit, residuals: Sequence[ShotResidual]) -> list[Candidate]:
         swept = zones.holds(grid)
         wide_hz = 2.0 * _LIMITS.narrow_reach * reach * rate / n
         from_order = max(_LIMITS.hiding_harmonics, zones.overlap_from, wide_hz / zones.width_hz)
-        hidden |= swept & (grid > from_order * zones.high_hz)
-        power[swept & (grid <= from_order * zones.high_hz)] = 0.0
+        far = grid > from_order * zones.high_hz
+        power[swept & (~far | ~narrow)] = 0.0
     power[grid < _LIMITS.lowest_bins * rate / bins] = 0.0
     found: list[float] = []
     while len(found) < _LIMITS.most_tones and power.max() > threshold:
         peak = int(np.argmax(power))
-        around = power[max(0, peak - _LIMITS.narrow_reach * reach) : peak + _LIMITS.narrow_reach * reach + 1]
-        if not hidden[peak] or power[peak] > _LIMITS.narrow_ratio * np.median(around):
-            found.append((peak + peak_shift(power, peak)) * rate / n)
+        found.append((peak + peak_shift(power, peak)) * rate / n)
         power[max(0, peak - reach) : peak + reach + 1] = 0.0
     return _named(found, 0.5 * bins)
 

@@ -13,11 +13,11 @@ from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.linearised_shot import LinearisedShot
 from platform_daemon.diagnosis.regression.per_shot_fit import per_shot_fit
 from platform_daemon.diagnosis.report_schema import DefectKind
+from platform_daemon.diagnosis.shots.kicked_motion import motion_basis
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot, PreparedShot, whitening_for
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.moments.workspace import Workspace
-from platform_daemon.estimation.noise.model import estimate_noise
+from platform_daemon.estimation.noise.model import OF_RECORD, estimate_noise
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
@@ -70,19 +70,22 @@ def data_defects(shots: Sequence[DiagnosisShot]) -> list[DataDefect]:
 def after_clipping(shot: DiagnosisShot, number: int) -> tuple[DiagnosisShot, list[DataDefect]]:
     """A shot of one angle from where its swing no longer reaches what it was cut off at, and what was left out.
 
-    The swing dies down, so that the rest is as good as any other record; other quantities are left as they are, since
-    their channels are clipped at other times.
+    The swing dies down, so that the rest is as good as any other record.  Where little is left, and for other
+    quantities, whose channels are clipped at other times, the shot is left as it is.
     """
-    found: list[DataDefect] = []
+    whole, found = shot, list[DataDefect]()
     while shot.record.quantity == "angle" and saturation(shot.record.valid, "angle") is not None:
         record, clipped = shot.record, find_clipping(shot.record.valid)
         assert clipped is not None  # that is what saturation found
         outwards = record.valid[0] if clipped.side == "top" else -record.valid[0]
         first = record.valid_from + 1 + int(np.flatnonzero(outwards == outwards.max())[-1])
+        if record.end - first < _LIMITS.unclipped_share * whole.record.samples.shape[1]:
+            return whole, []
         left = replace(record, valid_from=first)
         where = f"{shot.name}: {clipped}; the swing is followed from sample {first} on, at {first * record.dt_s:.4g} s"
         found.append(DataDefect(id="saturation", where=where, shot=number))
-        shot = replace(shot, record=left, noise=estimate_noise(left))
+        noise = estimate_noise(left) if shot.noise.source in OF_RECORD else shot.noise
+        shot = replace(shot, record=left, noise=noise)
     return shot, found
 
 
@@ -206,10 +209,10 @@ def _located(prepared: PreparedShot, model: RingDownModel, state: FitState, inde
         prepared.shot.record.samples.shape[1], int(time[min(time.size - 1, index + _LIMITS.gap_reach)] * rate) + 1
     )
     d, obs = state.dynamics, state.observation
-    basis = Workspace(model).basis(d, first, last, 1.0 / rate, obs.observable)
+    basis, steepness = motion_basis(model, state, first, last, 1.0 / rate, obs.observable)
     gains = obs.gains(d.w)
     residual = prepared.shot.record.samples[:, first:last] - gains @ basis[:2] - state.offsets[:, None]
-    slope = d.w * gains @ basis[2:4]
+    slope = d.w * gains @ steepness
     # Before and after the jump the residual is a multiple of the slope, with different factors.
     scale = prepared.white.scale[:, :1]
     r, s = residual * scale, slope * scale

@@ -104,7 +104,8 @@ def _one(at: JointFit, k: int, scale: tuple[float, float]) -> tuple[_Part, _Part
     """(information, gradient, power) of the smooth torque and of the envelopes in one shot."""
     prepared, linear = at.prepared[k], at.linear[k]
     # Torques that depend on time have no tables; they change the motion too little to matter here.
-    still = tuple(c for c in at.hypothesis.torques if c.term is not None and not c.term.timed)
+    effects = at.hypothesis.effects
+    still = tuple(c for c in effects if c.kick_at_s is not None or (c.term is not None and not c.term.timed))
     hypothesis = Hypothesis(at.hypothesis.model, still)
     model, state = hypothesis.augmented, hypothesis.extended(at.states[k], starting_strengths(at, hypothesis))
     try:

@@ -117,16 +117,22 @@ def _with_scale(along: _Along, step: Array, pool: Executor) -> JointFit | None:
 def spread_by_other_scales(at: JointFit, pool: Executor) -> Array:
     """By how much each strength (q,) moves with the scales of other effects per standard deviation of these.
 
-    To first order; two effects of one friction, one of which has a scale, know it together.
+    To first order, and not further than a scale may step; two effects of one friction, one of which has a scale, are
+    known together.
     """
     squares = np.zeros(at.hypothesis.size)
     for c in at.hypothesis.torques:
         if c.scale_limits is None:
             continue
-        along = _along(at, c, pool)
-        moved = along.following(math.sqrt(along.covariance[-1, -1] * at.noise_factor))[:-1]
-        moved[_column(at, c)] = 0.0
-        squares += moved**2
+        try:
+            along = _along(at, c, pool)
+        except LostTrajectoryError:
+            continue
+        sd = min(math.sqrt(along.covariance[-1, -1] * at.noise_factor), _LIMITS.furthest_log_scale)
+        if sd > 0.0:  # else nothing tells the scale
+            moved = along.following(sd)[:-1]
+            moved[_column(at, c)] = 0.0
+            squares += moved**2
     return np.sqrt(squares)
 
 

@@ -9,7 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import replace
+
+import numpy as np
 
 from platform_daemon.diagnosis.effects.additive import OSCILLATIONS
 from platform_daemon.diagnosis.effects.effect import Candidate
@@ -18,6 +21,7 @@ from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly
 from platform_daemon.diagnosis.shots.shot import PreparedShot, as_measured, whitening_for
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.noise.model import OWN_RESIDUAL
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 from .refits import lines_in_place, refit
 from .stepwise import ProgressCallback, Selection, StepwiseSearch
@@ -46,8 +50,10 @@ def select_effects(
     sets, beside = _AngleSearch(base, candidates, pool, progress).run()
     if beside.best.chi2_per_dof < _LIMITS.quieter_chi2_per_dof and _is_white(beside.best):
         # What looked like noise beside the swing was a part of it, or a line.
-        base = fit_jointly(_as_quiet_as(beside.best), base.hypothesis, pool, base.states)
-        sets, beside = _AngleSearch(base, candidates, pool, progress).run(_oscillations(beside.best))
+        with suppress(LostTrajectoryError, np.linalg.LinAlgError):
+            quieter = fit_jointly(_as_quiet_as(beside.best), base.hypothesis, pool, base.states)
+            again = _AngleSearch(quieter, candidates, pool, progress).run(_oscillations(beside.best))
+            base, (sets, beside) = quieter, again
     every = StepwiseSearch(base, list(candidates), pool, progress)
     return replace(
         beside,
@@ -61,7 +67,7 @@ def select_effects(
 
 
 def _is_white(best: JointFit) -> bool:
-    """Samples of what a fit leaves are nearly independent, other than those of an angle that was filtered."""
+    """Samples of what a fit leaves are nearly independent, which those of a filtered angle are not."""
     return all(a.samples_per_value < _LIMITS.white_samples for a in best.linear)
 
 

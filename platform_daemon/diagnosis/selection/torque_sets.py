@@ -240,5 +240,6 @@ def _predicts(smaller: TorqueSet, larger: TorqueSet) -> bool:
 def _patches(larger: JointFit, smaller: JointFit) -> bool:
     """The larger set has what may mend what laws of the motion miss: a kick, a curved scale, a torque of time."""
     new_time = timed_torques(larger) and not timed_torques(smaller)
-    curved = len(larger.hypothesis.receivers) > len(smaller.hypothesis.receivers)
+    scales = [sum(c.change is not None for c in at.hypothesis.receivers) for at in (larger, smaller)]
+    curved = scales[0] > scales[1]
     return (new_time and time_is_doubtful(larger)) or curved or KICK in _keys(larger) - _keys(smaller)

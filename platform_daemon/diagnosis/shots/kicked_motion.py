@@ -78,6 +78,8 @@ class _Stretch:
     def begun_at(self, model: RingDownModel, time_s: float, speed_rad_per_s: float = 0.0) -> _Stretch:
         """The same swing, or that after a kick, with another origin.  Raises LostTrajectoryError."""
         late_s = time_s - self.origin_s
+        if late_s < 0.0:
+            raise LostTrajectoryError("a kick comes before the first sample")
         before = self.samples(model, 1, 2, late_s, STATE) if late_s > 0.0 else self.samples(model, 0, 1, 1.0, STATE)
         here, w, size = before[0][:, 0], self.motion.w, self.by_start.shape[1]
         jump = np.array([0.0, speed_rad_per_s / w])
@@ -94,15 +96,29 @@ class _Stretch:
             raise LostTrajectoryError(str(error)) from None
 
 
+def motion_basis(
+    model: RingDownModel, state: FitState, first: int, last: int, dt_s: float, observable: int
+) -> tuple[Array, Array]:
+    """The basis (rows, n) of a state at the times i dt_s, first <= i < last, with its kicks where it has some, and
+    (2, n) time derivatives in units of w of its first two rows.
+
+    Raises LostTrajectoryError.
+    """
+    if isinstance(state, KickedState):
+        return kicked_basis(model, state, first, last, dt_s, observable)
+    basis = Workspace(model).basis(state.dynamics, first, last, dt_s, observable)
+    return basis, basis[2 + 2 * _THETA : 4 + 2 * _THETA]
+
+
 def kicked_basis(
     model: RingDownModel, state: KickedState, first: int, last: int, dt_s: float, observable: int
 ) -> tuple[Array, Array]:
     """As `Workspace.basis`, (rows, n), and (2, n) time derivatives in units of w of the first two rows.
 
-    Torques must not depend on time.
-
-    Raises LostTrajectoryError.
+    Raises LostTrajectoryError, also for torques that depend on time.
     """
+    if model.time_dependent:
+        raise LostTrajectoryError("a kick beside torques that depend on time has no swing of its own")
     unchanged = np.zeros((2, 3 + len(state.dynamics.values)))
     unchanged[0, _THETA] = unchanged[1, _AMPLITUDE] = 1.0
     stretch = _Stretch(state.dynamics, 0.0, unchanged)

@@ -25,6 +25,7 @@ from .torque_course import ProcessNoise, TorqueCourse, course_of
 
 _LIMITS = THRESHOLDS.shots
 _KEEPING = threading.Lock()
+_BY_THETA = slice(2, 4)  # rows of a basis
 
 
 @dataclass(frozen=True)
@@ -279,5 +280,5 @@ def _basis(prepared: PreparedShot, model: RingDownModel, state: FitState, observ
 
 
 def _split(found: Array, state: FitState) -> tuple[Array, Array]:
-    """The basis and the time derivatives."""
-    return (found[:-2], found[-2:]) if isinstance(state, KickedState) else (found, found[2:4])
+    """The basis and the time derivatives, which are those by theta where nothing was kicked."""
+    return (found[:-2], found[-2:]) if isinstance(state, KickedState) else (found, found[_BY_THETA])

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,12 +16,9 @@ from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .layout import Layout
 from .shot import Linearised, RotorShot, all_linearised, residuals
+from .way_back import Point, RotorFitError, WayBack, strong_directions
 
 LIMITS = THRESHOLDS.rigid_rotor
-
-
-class RotorFitError(ValueError):
-    """The fit finds no rotor; the text says why."""
 
 
 def limited_step(matrix: Array, gradient: Array, most: Array) -> Array:
@@ -97,63 +93,6 @@ class _Normal:
         return float(2.0 * self.gradient @ step - step @ self.matrix @ step)
 
 
-@dataclass(frozen=True, eq=False)
-class _Point:
-    """Values of each shot, their residuals, and chi^2 with what is known beforehand."""
-
-    values: list[RotorValues]
-    left: list[Array]
-    total: float
-
-
-@dataclass(eq=False)
-class _Path:
-    """The way back to the floor after a step.
-
-    layout: of the parameters; begun: total chi^2 before the step; strong, weight: as `_strong_directions` has them;
-    next_values: where it goes on; best: the least place so far.
-    """
-
-    layout: Layout
-    begun: float
-    strong: Array
-    weight: Array
-    next_values: list[RotorValues]
-    best: _Point | None = None
-    ended: bool = False
-    backs: list[Array] = field(default_factory=list)
-    went: list[Array] = field(default_factory=list)
-
-    @property
-    def total(self) -> float:
-        """Least chi^2 so far; infinite before there is one."""
-        return math.inf if self.best is None else self.best.total
-
-    @property
-    def leads_down(self) -> bool:
-        """It is below where it began."""
-        return self.total < self.begun
-
-    def reaches(self, at: _Point | None, gradient: Array | None) -> None:
-        """Go on from a place with its gradient by the Jacobian of the beginning; None: there is no such rotor."""
-        if at is not None and gradient is not None and at.total < self.total:
-            self.best = at
-            back = self.strong.T @ gradient / self.weight
-            rise = at.total - self.begun
-            if not float(self.weight @ back**2) > max(LIMITS.settled_chi2, LIMITS.worth_returning * rise):
-                self.ended = True
-                return
-            self.backs.append(back)
-            self.went.append(_accelerated(self.backs, self.went, np.sqrt(self.weight)))
-        elif len(self.went) > 1:  # once more without acceleration
-            self.backs, self.went = self.backs[-1:], self.backs[-1:]
-        else:
-            self.ended = True
-            return
-        assert self.best is not None
-        self.next_values = self.layout.moved(self.best.values, self.strong @ self.went[-1])
-
-
 class Valley:
     """Damped Gauss-Newton along the floor of a curved valley.
 
@@ -188,54 +127,52 @@ class Valley:
         chi2 = [one.chi2 for one in by_shot]
         return _Normal(matrix, gradient + pull, chi2, [one.count for one in by_shot], sum(chi2) + known, by_shot)
 
-    def start(self, values: list[RotorValues], normal: _Normal, pool: Executor) -> _Point:
+    def start(self, values: list[RotorValues], normal: _Normal, pool: Executor) -> Point:
         """Where a fit begins, with the time steps of its trials, which one shot takes by itself as well.
 
         Raises RotorFitError.
         """
         if len(self._shots) == 1:
-            return _Point(values, [one.residual for one in normal.by_shot], normal.total)
+            return Point(values, [one.residual for one in normal.by_shot], normal.total)
         found = self._at(values, pool)
         if found is None:
             raise RotorFitError("the rotor with the start values cannot be followed")
         return found
 
     def trials(
-        self,
-        values: Sequence[RotorValues],
-        steps: Sequence[Array],
-        rooms: Sequence[float],
-        normal: _Normal,
-        pool: Executor,
-    ) -> tuple[_Point | None, int]:
+        self, here: Point, steps: Sequence[Array], rooms: Sequence[float], normal: _Normal, pool: Executor
+    ) -> tuple[Point | None, int]:
         """Where the first of some steps that leads down ends, back on the floor, and the number of that step.
 
-        None where there is no such rotor.  Of one shot all steps go beside each other, in the lanes of one integration.
+        None where there is no such rotor.  Of one shot all steps go beside each other, in the lanes of one integration;
+        its time steps are short enough for all of them, so that a place hardly depends on the others.
 
-        rooms: of each step, share of the most that a logarithm may change.
+        here: where the steps begin; rooms: of each step, share of the most that a logarithm may change.
 
         Raises RotorFitError.
         """
-        paths = [self._path(values, step, room, normal) for step, room in zip(steps, rooms, strict=True)]
+        directions = {room: self._strong(room, normal) for room in set(rooms)}
+        paths = [
+            WayBack(self._layout, normal.total, here.total, *directions[room], self._layout.moved(here.values, step))
+            for step, room in zip(steps, rooms, strict=True)
+        ]
         for _ in range(1 + LIMITS.most_returns):
             going = [path for path in paths if not path.ended]
             for path, at in zip(going, self._each([path.next_values for path in going], pool), strict=True):
-                path.reaches(at, None if at is None else self._gradient(at, normal))
+                path.reaches(at, lambda at: self._gradient(at, normal))
             # the first one that leads down counts, so that those after it need not be known
             if next((path for path in paths if not path.ended or path.leads_down), paths[0]).ended:
                 break
         first = next((k for k, path in enumerate(paths) if path.leads_down), 0)
         return paths[first].best, first
 
-    def _path(self, values: Sequence[RotorValues], step: Array, room: float, normal: _Normal) -> _Path:
+    def _strong(self, room: float, normal: _Normal) -> tuple[Array, Array]:
         """Raises RotorFitError."""
         share = LIMITS.strong_share if len(self._shots) == 1 else LIMITS.strong_share_of_several
         # Of what the data tell too little to bound its steps, a return gives only a small part.
-        bounded = normal.matrix + np.diag((room * self._layout.most_step) ** -2.0)
-        strong, weight = _strong_directions(bounded, share)
-        return _Path(self._layout, normal.total, strong, weight, self._layout.moved(values, step))
+        return strong_directions(normal.matrix + np.diag((room * self._layout.most_step) ** -2.0), share)
 
-    def _each(self, places: Sequence[list[RotorValues]], pool: Executor) -> list[_Point | None]:
+    def _each(self, places: Sequence[list[RotorValues]], pool: Executor) -> list[Point | None]:
         """Of several places; None where the rotor cannot be followed."""
         if len(self._shots) > 1 or len(places) == 1:
             return [self._at(values, pool) for values in places]
@@ -245,55 +182,23 @@ class Valley:
             return [self._at(values, pool) for values in places]
         return [self._point(values, [one]) for values, one in zip(places, left, strict=True)]
 
-    def _at(self, values: list[RotorValues], pool: Executor) -> _Point | None:
+    def _at(self, values: list[RotorValues], pool: Executor) -> Point | None:
         try:
             left = residuals(self._shots, values, self._window_s, pool)
         except (NoRestError, LostRotorError):
             return None
         return self._point(values, left)
 
-    def _point(self, values: list[RotorValues], left: list[Array]) -> _Point:
+    def _point(self, values: list[RotorValues], left: list[Array]) -> Point:
         known = self._layout.prior(values, self._first)[2]
-        return _Point(values, left, sum(float(r @ r) for r in left) + known)
+        return Point(values, left, sum(float(r @ r) for r in left) + known)
 
-    def _gradient(self, at: _Point, normal: _Normal) -> Array:
+    def _gradient(self, at: Point, normal: _Normal) -> Array:
         """By the Jacobian of another point."""
         out = self._layout.prior(at.values, self._first)[1]
         for one, residual, places in zip(normal.by_shot, at.left, self._layout.places, strict=True):
             out[list(places)] += one.columns @ residual.astype(np.float32)
         return out
-
-
-def _accelerated(backs: Sequence[Array], went: Sequence[Array], scale: Array) -> Array:
-    """The next step back (k,) by Anderson's acceleration.
-
-    The Jacobian of the point before belongs to another place of a bent valley, so that each step back by it, `backs`,
-    leaves a share of the way.  What the steps that were gone, `went`, made of it tells that share.
-
-    scale: (k,) by which a step's components are compared.
-    """
-    back = backs[-1]
-    if not went:
-        return back
-    fell = np.stack([b - a for a, b in pairwise(backs)], axis=1)
-    share = np.linalg.lstsq(scale[:, None] * fell, scale * back, rcond=LIMITS.acceleration_share)[0]
-    return np.asarray(back - (np.stack(went, axis=1) + fell) @ share)
-
-
-def _strong_directions(matrix: Array, share: float) -> tuple[Array, Array]:
-    """Columns (size, k) along which the data tell most, and what they tell of a unit of each, (k,).
-
-    share: of the largest eigenvalue of the scaled matrix, above which a direction is one of them.
-
-    Raises RotorFitError.
-    """
-    size = np.diag(matrix)
-    if not np.all(size > 0.0):
-        raise RotorFitError("the shots do not determine the rotor's parameters")
-    scale = 1.0 / np.sqrt(size)
-    values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
-    strong = values > share * values[-1]
-    return scale[:, None] * vectors[:, strong], values[strong]
 
 
 @dataclass
@@ -326,13 +231,13 @@ class _Caution:
 
 def _led_down(
     valley: Valley,
-    here: _Point,
+    here: Point,
     normal: _Normal,
     widest: Array,
     caution: _Caution,
     ends: tuple[float, float],
     pool: Executor,
-) -> tuple[_Point | None, float, bool]:
+) -> tuple[Point | None, float, bool]:
     """Where a trial leads that lowers chi^2, None: none does; the fall that it promised; it was the first one.
 
     Of one shot so many are tried at once as go beside each other, each with the caution that the failure of the one
@@ -346,7 +251,12 @@ def _led_down(
     while True:
         tried = list[tuple[_Caution, Array, float]]()
         while len(tried) < valley.beside and more.damping < LIMITS.most_damping:
-            step, promised = normal.step(more.damping, more.room * widest)
+            try:
+                step, promised = normal.step(more.damping, more.room * widest)
+            except RotorFitError:
+                if not tried:
+                    raise
+                break
             if not promised > ends[0]:
                 break
             tried.append((more, step, promised))
@@ -357,7 +267,7 @@ def _led_down(
             grows *= 2.0 if more.damping > damping else 1.0
         if not tried:
             return None, 0.0, False
-        reached, k = valley.trials(here.values, [s for _, s, _ in tried], [c.room for c, _, _ in tried], normal, pool)
+        reached, k = valley.trials(here, [s for _, s, _ in tried], [c.room for c, _, _ in tried], normal, pool)
         if reached is not None and reached.total < here.total:
             caution.damping, caution.room = tried[k][0].damping, tried[k][0].room
             return reached, tried[k][2], first and k == 0
@@ -395,7 +305,7 @@ def settled(
     # By how much chi^2 moves with the time steps that motions choose: one such failure more tells nothing.
     chance_chi2 = LIMITS.settled_chi2 * math.sqrt(len(shots))
     valley = Valley(shots, layout, first, window_s)
-    here: _Point | None = None
+    here: Point | None = None
     first_damping = LIMITS.first_damping if len(shots) == 1 else LIMITS.first_damping_of_several
     caution = _Caution(first_damping, first_damping)
     for left in reversed(range(most_steps)):

@@ -76,7 +76,7 @@ class Zones:
 
     @property
     def width_hz(self) -> float:
-        """Of the sweep of the fundamental, at least the smallest number."""
+        """Of the sweep of the fundamental; above 0."""
         return max(self.high_hz - self.low_hz, 1e-300)
 
     @property

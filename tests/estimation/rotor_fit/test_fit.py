@@ -160,8 +160,8 @@ def test_a_fit_ends_at_once_whose_first_step_does_not_promise_enough(pool, monke
     made = [replace(shot, values=replace(truth, f_nat_hz=truth.f_nat_hz + 1e-3))]
     least = fit_rotor(made, "stator_tilt_rad", pool, first_window_s=math.inf, whole=False).total_chi2
     trials = []
-    trial = Valley.trial
-    monkeypatch.setattr(Valley, "trial", lambda *of: trials.append(of) or trial(*of))
+    trial = Valley.trials
+    monkeypatch.setattr(Valley, "trials", lambda *of: trials.append(of) or trial(*of))
     with pytest.raises(RotorFitError, match="another rotor explains"):
         fit_rotor(made, "stator_tilt_rad", pool, first_window_s=math.inf, whole=False, to_beat=0.5 * least)
     assert trials == []

@@ -50,8 +50,12 @@ def test_what_the_data_do_not_tell_moves_little_on_the_way_back_to_the_floor():
         off = [replace(truth, f_nat_hz=truth.f_nat_hz + 2e-3)]
         normal = valley.linearised(off, pool)
         step, _ = normal.step(1e-9, layout.most_step)
-        found = valley.trial(off, step, 1.0, normal, pool)
-        with_less_room = valley.trial(off, step, 0.1, normal, pool)
+        here = valley.start(off, normal, pool)
+        found, which = valley.trials(here, [step], [1.0], normal, pool)
+        with_less_room, _ = valley.trials(here, [step], [0.1], normal, pool)
+        beside, first = valley.trials(here, [-30.0 * step, step, 0.1 * step], [1.0] * 3, normal, pool)
+    assert (which, first) == (0, 1)  # the first one that leads down, though the last one may lead lower
+    assert beside.total == pytest.approx(found.total, abs=0.1)
     moved = np.log(found.values[0].creep_spin_rad_per_s / truth.creep_spin_rad_per_s)
     assert step[layout.place("creep_spin_rad_per_s")] == 0.5  # as far as one step may
     assert 0.5 <= moved < 0.8  # without a bound on returns: 3

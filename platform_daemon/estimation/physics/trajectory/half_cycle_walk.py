@@ -10,13 +10,16 @@ import numpy as np
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.numerics.chebyshev import MOST_SIZES, grid
 from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .basis_functions import DIPOLE
-from .direct import MotionParameters
+from .direct import LostTrajectoryError, MotionParameters
 from .direct_chain import STATUS_OK, STATUS_STUCK
 from .half_cycle_chain import STATUS_NO_TABLE, walk_half_cycles
 from .half_cycle_table import build_table
 from .table_range import WALK, WALK_ANGLE, WALK_SIZES, WALK_START
+
+LIMITS = THRESHOLDS.physics
 
 
 class HalfCycleTables:
@@ -77,12 +80,17 @@ class HalfCycleWalk:
         """Half cycles passed, from table to table; afterwards `status` says why the last stretch ended.
 
         digits: to how many the tables are right.
+
+        Raises LostTrajectoryError for far more half cycles than any record holds.
         """
         t = tables
         g = tables.grid
         bands = np.zeros((2, 3))
         self.status = STATUS_NO_TABLE
         while self.status == STATUS_NO_TABLE:
+            left = (self._s_end - float(self.at[WALK_START])) / LIMITS.shortest_half_cycle
+            if not left < LIMITS.most_half_cycles:  # also where a trial step has led to no number at all
+                raise LostTrajectoryError("far more half cycles than any record holds")
             used = build_table(
                 self.at, self._s_end, *self._torque, observable, digits, g.nodes, g.once, g.twice, bands, t.sizes,
                 t.accelerations, t.values, t.ends,
