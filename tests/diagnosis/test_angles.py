@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from platform_daemon.diagnosis.diagnose import diagnose_shots
+from platform_daemon.diagnosis.diagnose import DiagnosisError, diagnose_shots
 from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.estimation.noise.model import estimate_noise
@@ -71,6 +71,14 @@ def test_a_clipped_swing_is_followed_from_where_it_is_whole():
     assert "pile up at its bottom; the swing is followed from sample" in defect.where
     after = report.parameters_after["lambda_per_s"]
     assert after.value == pytest.approx(0.01 * 2.0 * np.pi * NATURAL_HZ, abs=4.0 * after.std)
+
+
+@pytest.mark.parametrize("cut", [slice(None), slice(0, 1500)])
+def test_a_swing_that_is_clipped_to_its_end_is_refused(cut):
+    angle = np.clip(swing(1.2, 40.0, viscous=0.001)[cut], -0.9, 9.0)
+    record = RingDownRecord(angle[None], RATE, "angle")
+    with pytest.raises(DiagnosisError, match="pile up at its bottom"):
+        diagnose_shots([DiagnosisShot("swing", record, estimate_noise(record))], MODELS["thread"])
 
 
 def test_a_line_is_found_beside_a_swing_whose_harmonics_sweep_over_it():

@@ -1,0 +1,34 @@
+"""When a rotor takes the place of effects of one angle."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from platform_daemon.diagnosis.findings import rotor_findings
+from platform_daemon.diagnosis.findings.rotor_findings import leaves_less
+
+
+@pytest.mark.parametrize(
+    ("sure", "verdict", "more", "takes_it"),
+    [
+        (True, "partly_explained", -1.0, True),
+        (True, "partly_explained", 1.0, False),
+        (True, "explained", -5.0, False),
+        (True, "explained", -11.0, True),
+        # One without an error is what was declared, and effects that do not explain all may imitate its side modes.
+        (False, "partly_explained", 22.0, True),
+        (False, "partly_explained", 41.0, False),
+        (False, "explained", -5.0, False),
+        (False, "explained", -11.0, True),
+    ],
+)
+def test_by_what_both_leave(sure, verdict, more, takes_it, monkeypatch):
+    monkeypatch.setattr(rotor_findings, "chi2_beside_one_angle", lambda rotor, fit: [600.0 + more, 400.0])
+    rotor = SimpleNamespace(fit=SimpleNamespace(chi2_per_dof=1.0), sure=sure)
+    assert leaves_less(rotor, SimpleNamespace(chi2=1000.0), verdict) is takes_it
+    noisy = replace_chi2(rotor, 1.5)
+    assert not leaves_less(noisy, SimpleNamespace(chi2=1e9), verdict)
+
+
+def replace_chi2(rotor, chi2_per_dof):
+    return SimpleNamespace(fit=SimpleNamespace(chi2_per_dof=chi2_per_dof), sure=rotor.sure)
