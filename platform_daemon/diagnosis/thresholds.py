@@ -180,8 +180,10 @@ class Selection:
     line_place_shares: tuple[float, ...] = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
     torque_rounds: int = 3  # in which torques are judged again beside the lines that were found [cost]
     most_place_moves: int = 5  # moves of a place or hidden scale per grid step [cost]
-    white_samples: float = 4.0  # samples per independent value up to which a residual was not filtered [unset]
-    quieter_chi2_per_dof: float = 0.7  # below which the noise of an angle was taken for too large [unset]
+    quieter_share: float = 0.8  # of an angle's noise, below which it was taken for too large [unset]
+    flat_ratio: float = (
+        2.0  # of the levels in the second and the last quarter of the band, up to which it is flat [unset]
+    )
     kick_move_periods: float = 0.25  # by which the instant of a kick moves at once, at most [physics]
     place_move_chi2: float = 0.5  # fall of chi^2 that makes another move worth while [cost]
     scale_steps: int = 8  # Gauss-Newton steps of a hidden scale [cost]

@@ -18,10 +18,12 @@ from platform_daemon.diagnosis.effects.additive import OSCILLATIONS
 from platform_daemon.diagnosis.effects.effect import Candidate
 from platform_daemon.diagnosis.regression.cross_validation import cross_validate
 from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly
+from platform_daemon.diagnosis.regression.prediction import unpredicted
 from platform_daemon.diagnosis.shots.shot import PreparedShot, as_measured, whitening_for
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.noise.model import OWN_RESIDUAL
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.screening.spectral_lines import periodogram
 
 from .refits import lines_in_place, refit
 from .stepwise import ProgressCallback, Selection, StepwiseSearch
@@ -48,10 +50,10 @@ def select_effects(
     if base.prepared[0].shot.record.quantity != "angle" or _quiet(base):
         return StepwiseSearch(base, list(candidates), pool, progress, on_larger_sets=on_larger_sets).run(base)
     sets, beside = _AngleSearch(base, candidates, pool, progress).run()
-    if beside.best.chi2_per_dof < _LIMITS.quieter_chi2_per_dof and _is_white(beside.best):
-        # What looked like noise beside the swing was a part of it, or a line.
+    quiet = _as_quiet_as(beside.best) if _quiet(beside.best) else None
+    if quiet is not None:  # what looked like noise beside the swing was a part of it, or a line
         with suppress(LostTrajectoryError, np.linalg.LinAlgError):
-            quieter = fit_jointly(_as_quiet_as(beside.best), base.hypothesis, pool, base.states)
+            quieter = fit_jointly(quiet, base.hypothesis, pool, base.states)
             again = _AngleSearch(quieter, candidates, pool, progress).run(_oscillations(beside.best))
             base, (sets, beside) = quieter, again
     every = StepwiseSearch(base, list(candidates), pool, progress)
@@ -66,20 +68,27 @@ def select_effects(
     )
 
 
-def _is_white(best: JointFit) -> bool:
-    """Samples of what a fit leaves are nearly independent, which those of a filtered angle are not."""
-    return all(a.samples_per_value < _LIMITS.white_samples for a in best.linear)
+def _as_quiet_as(best: JointFit) -> list[PreparedShot] | None:
+    """The shots with noise of the level that a fit leaves above the swing and its harmonics.
 
-
-def _as_quiet_as(best: JointFit) -> list[PreparedShot]:
-    """The shots with noise of the level that a fit leaves over."""
-    out = []
-    for prepared in best.prepared:
-        noise = prepared.shot.noise.at_level(math.sqrt(best.chi2_per_dof), OWN_RESIDUAL)
-        shot = as_measured(replace(prepared.shot, noise=noise))
+    None where that is not much below what was taken for noise, or where it is not flat, as of an angle that was
+    filtered.
+    """
+    out, quieter = [], False
+    for k, prepared in enumerate(best.prepared):
+        left = unpredicted(best, k)
+        power = periodogram(left, np.hanning(left.shape[1]), left.shape[1])[0]
+        second, _, fourth = (float(np.median(part)) for part in np.array_split(power, 4)[1:])
+        level = math.sqrt(min(second, fourth) / math.log(2.0))
+        share = level / float(prepared.shot.noise.sd[0])
+        if share > _LIMITS.quieter_share or max(second, fourth) > _LIMITS.flat_ratio * min(second, fourth):
+            out.append(prepared)
+            continue
+        shot = as_measured(replace(prepared.shot, noise=prepared.shot.noise.at_level(share, OWN_RESIDUAL)))
+        quieter |= bool(shot.noise.sd[0] < _LIMITS.quieter_share * prepared.shot.noise.sd[0])
         white = whitening_for(shot, prepared.grids, prepared.state.dynamics.w / (2.0 * math.pi))
         out.append(replace(prepared, shot=shot, white=white))
-    return out
+    return out if quieter else None
 
 
 class _AngleSearch:
