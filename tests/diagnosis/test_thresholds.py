@@ -31,6 +31,7 @@ ALLOWED = {
     "regression/torque_response.py": ([3.0, 3.0], "the weights of the Runge-Kutta method"),
     "report.py": ([10.0, 10.0], "decimal logarithms"),
     "rigid_body/defects.py": ([10.0, 1e3, 1e3], "millimetres, decimal digits"),
+    "selection/select_effects.py": ([4], "quarters of a band"),
     "selection/stepwise.py": ([0.15, 0.25, 0.3], PROGRESS),
     "selection/torque_sets.py": ([0.15, 0.25], PROGRESS),
     "shots/kicked_motion.py": ([4], "the rows of the kernel's basis"),

@@ -78,8 +78,9 @@ def _as_quiet_as(best: JointFit) -> list[PreparedShot] | None:
     for k, prepared in enumerate(best.prepared):
         left = unpredicted(best, k)
         power = periodogram(left, np.hanning(left.shape[1]), left.shape[1])[0]
-        second, _, fourth = (float(np.median(part)) for part in np.array_split(power, 4)[1:])
-        level = math.sqrt(min(second, fourth) / math.log(2.0))
+        upper = np.array_split(power, 4)[1:]
+        second, _, fourth = (float(np.median(part)) for part in upper)
+        level = math.sqrt(float(np.median(np.concatenate(upper))) / math.log(2.0))
         share = level / float(prepared.shot.noise.sd[0])
         if share > _LIMITS.quieter_share or max(second, fourth) > _LIMITS.flat_ratio * min(second, fourth):
             out.append(prepared)
