@@ -323,7 +323,12 @@ def settled(
         while not caution.none and normal.step(caution.damping, caution.room * widest)[1] < fewest:
             caution.eased(first_damping)
         freely = caution.none
-        reached, promised, at_once = _led_down(valley, here, normal, widest, caution, (left_chi2, chance_chi2), pool)
+        ends = left_chi2, chance_chi2
+        reached, promised, at_once = _led_down(valley, here, normal, widest, caution, ends, pool)
+        while reached is None and not caution.none:  # so short a step may fail by chance
+            caution.eased(first_damping)
+            freely = caution.none
+            reached, promised, at_once = _led_down(valley, here, normal, widest, caution, ends, pool)
         if reached is None:
             break
         values, fall, here = reached.values, here.total - reached.total, reached
