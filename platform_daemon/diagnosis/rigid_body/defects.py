@@ -163,7 +163,7 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     most_chi2_per_dof = _LIMITS.given_up_chi2_per_dof if leaving_noise else _LIMITS.explained_chi2_per_dof
     try:
         best_first, *rivals = ranked(shots[0], pool, most_chi2_per_dof)
-        of_first, fits = _like_the_first([made_whole(best_first, pool), *rivals], shots, pool)
+        of_first, fits = like_the_first([made_whole(best_first, pool), *rivals], shots, pool)
         together = [_together(fits, pool)]
         if len(shots) > 1:
             # One after the other: shots together keep all cores busy, and two Jacobians would be kept at once.
@@ -212,13 +212,13 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     )
 
 
-def _like_the_first(
+def like_the_first(
     of_first: Sequence[RotorFit], shots: Sequence[RotorShot], pool: Executor
 ) -> tuple[list[RotorFit], list[RotorFit]]:
     """The fits of the first shot in another order, and fits of each shot alone that go with the first of these.
 
     An error that the first shot does not tell from others, as a weak one may not, need not explain the other shots.
-    The error that does leaves least in all of them, and its fit is put first.
+    The fit of the first error that does is put first; which of them leaves least, all shots together tell.
 
     of_first: the best first.
 
@@ -226,17 +226,13 @@ def _like_the_first(
     """
     if len(shots) == 1:
         return list(of_first), [of_first[0]]
-    found: list[tuple[int, list[RotorFit]]] = []
     for k, first in enumerate(of_first):
         with suppress(RotorFitError, LostRotorError, NoRestError):
             begun = made_whole(first, pool)
-            found.append((k, each_alone(shots, begun, pool, most_chi2_per_dof=_LIMITS.explained_chi2_per_dof)))
-            if all(f.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof for f in found[-1][1]):
-                break
-    if not found:  # values in common that are slightly off; all shots together may find the right ones
-        return list(of_first), each_alone(shots, of_first[0], pool)
-    k, fits = min(found, key=lambda one: sum(map(total_chi2, one[1])))
-    return [fits[0], *of_first[:k], *of_first[k + 1 :]], fits
+            fits = each_alone(shots, begun, pool, most_chi2_per_dof=_LIMITS.explained_chi2_per_dof)
+            return [begun, *of_first[:k], *of_first[k + 1 :]], fits
+    # The values in common may be slightly off for all errors; all shots together may find the right ones.
+    return list(of_first), each_alone(shots, of_first[0], pool)
 
 
 def _one_law(others: Sequence[RotorFit], best: RotorFit) -> list[RotorFit]:

@@ -8,10 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from platform_daemon.diagnosis.rigid_body import defects
 from platform_daemon.diagnosis.rigid_body.each_shot import each_alone, starts_like
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
-from platform_daemon.estimation.rotor_fit.fit import fit_rotor
+from platform_daemon.estimation.rotor_fit.fit import RotorFitError, fit_rotor
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from tests.kit.estimated_rotors import true_rotor
 from tests.kit.rigid_rotors import rigid_specimen
@@ -92,3 +94,23 @@ def test_a_shot_that_begins_in_the_swing_of_the_one_before_is_found(pool):
     joint = fit_rotor(both, "stator_tilt_rad", pool, first_window_s=math.inf)
     assert joint.chi2_per_dof == pytest.approx(1.0, abs=0.05)
     assert abs(joint.values[1].start_angle_rad + 0.2) < 4.0 * joint.std[1]["start_angle_rad"] < 0.02
+
+
+@pytest.mark.parametrize("fits", [{"b"}, {"a", "b"}, set()])
+def test_the_first_error_that_explains_every_shot_is_put_first(fits, monkeypatch):
+    """Where none does, the best of the first shot stays, without a limit of what it leaves in the others."""
+    limits = []
+
+    def alone(shots, first, pool, *, most_chi2_per_dof=math.inf):
+        limits.append(most_chi2_per_dof)
+        if first not in fits and most_chi2_per_dof < math.inf:
+            raise RotorFitError("not explained")
+        return [first, f"{first} in the second shot"]
+
+    monkeypatch.setattr(defects, "each_alone", alone)
+    monkeypatch.setattr(defects, "made_whole", lambda fit, pool: fit)
+    order, found = defects.like_the_first(["a", "b"], ["first", "second"], None)
+    named = "b" if fits == {"b"} else "a"
+    assert (order[0], found[0]) == (named, named)
+    assert sorted(order) == ["a", "b"]
+    assert limits[-1] == (math.inf if not fits else THRESHOLDS.rigid_body.explained_chi2_per_dof)
