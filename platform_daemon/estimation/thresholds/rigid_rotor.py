@@ -33,6 +33,12 @@ class RigidRotorThresholds:
     tolerance: float = tuned(
         1e-9, "1", "error per step of the swing, of 1 for directions and of omega_nat for speeds", AGREEMENT
     )
+    contact_tolerance: float = tuned(
+        1e-10,
+        "1",
+        "the same for a jewel, whose contact bounds most steps: with 1e-9 chi^2 of two seconds moved by up to 200 with "
+        "the steps, with this by 8, for a tenth more time",
+    )
     side_factor: float = tuned(10.0, "1", "times that for what is not the swing", AGREEMENT)
     # By what roots of squares are off where a slow slip, or none, goes beside a spin at each point of a Hertz disc,
     # polynomials in the share of the spin in the square: least squares of the integrals over the disc, good to 1e-3.

@@ -344,7 +344,8 @@ class RigidRotor:
 
     def tolerances(self) -> Array:
         """Tolerated error of each component of the state per step, (STATES,)."""
-        tolerance = LIMITS.sticking_tolerance if self.sticks else LIMITS.tolerance
+        explicit = LIMITS.contact_tolerance if self.geometry.bearing == "jewel" else LIMITS.tolerance
+        tolerance = LIMITS.sticking_tolerance if self.sticks else explicit
         scale = np.full(STATES, LIMITS.side_factor * tolerance)
         scale[[MOMENT, MOMENT + 1, OMEGA + 2]] = tolerance
         scale[2:4] *= self.omega_rad_per_s
