@@ -239,7 +239,7 @@ class Selection:
     kick_free_instants: int = 8  # beyond the columns of the few periods around a kick that may show it [unset]
     kick_sigma: float = 5.0  # by which it must be missing there to be no kick [noise: 6e-7]
     unclipped_share: float = 0.1  # of a record's samples, without which it is not followed after clipping [unset]
-    kick_shown_sigma: float = 3.0  # by which it must be seen there beside torques [noise: 1e-3]
+    kick_shown_sigma: float = 1.5  # by which it must be seen there beside torques: a true one was by 1.7 [noise: 7e-2]
     kick_local_share: float = 0.5  # of its size that they must show: the place is known to a part of a period [unset]
     kick_spacing_periods: float = 3.0  # periods between two kicks [A]
     kick_seen_share: float = 1e-6  # of the response to a kick that no parameter takes up [digits]
