@@ -74,7 +74,7 @@ class RigidBody:
     least_rad: float = 2e-4  # tilt that is an error: coils and glass scales show the axes no better [unset]
     least_m: float = 1e-6  # displacement, likewise; a perfect jewel at 581 uT is fitted with 4e-5 rad or 0.6 um [unset]
     # chi^2 by which a rotor without an error may leave more than effects of one angle that do not explain all: these
-    # follow the noise at the few instants by which both are judged; -0.3 to 22 for perfect jewels beyond 500 uT [unset]
+    # follow the noise at the few instants by which both are judged; -0.3 to 22 for four perfect jewels [unset]
     perfect_rotor_chi2: float = 40.0
     doubtful_sigma: float = 5.0  # of a drive's size and delay, and of chi2/dof, beyond which it is left out [unset]
     worth_sigma: float = 1.0  # by which a measurement would part look-alikes, at least; less is none [digits]

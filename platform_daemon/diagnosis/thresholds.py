@@ -217,7 +217,7 @@ class Selection:
     # order of a harmonic from which on its sweep, where it overlaps the next one, hides no line that is narrow [unset]
     hiding_harmonics: float = 7.0
     narrow_ratio: float = 30.0  # of a line over the median around it, by which it is no sweep [unset]
-    narrow_reach: int = 3  # times the width of a line, to either side, in which that median is taken [unset]
+    narrow_reach: int = 3  # half the width of the blocks whose medians are taken, in widths of a line [unset]
     margin_bins: float = 4.0  # bins around what the harmonics sweep through, where no line is searched [unset]
     sweep_share: float = 0.002  # relative widening of the range that the harmonics sweep through [unset]
     missed_mains_hz: float = 0.15  # Hz by which a line of the mains may be misread [unset]

@@ -34,7 +34,7 @@ ALLOWED = {
     "selection/select_effects.py": ([4], "quarters of a band"),
     "selection/stepwise.py": ([0.15, 0.25, 0.3], PROGRESS),
     "selection/torque_sets.py": ([0.15, 0.25], PROGRESS),
-    "shots/kicked_motion.py": ([4], "the rows of the kernel's basis"),
+    "shots/kicked_motion.py": ([1e-9, 4], "rounding; the rows of the kernel's basis"),
     "shots/linearisation.py": ([4, 4, 6, 8], "the rows of the kernel's basis"),
 }
 

@@ -14,7 +14,7 @@ _SWAPPED = (
     16  # samples: stamps that are off by at most so many places are in disorder, and those further off, another run
 )
 
-_STRETCH = 8  # samples in the mean stretch of shuffled ones: shorter ones may be the stamps of two clocks in turn
+_STRETCH = 8  # samples of the mean ordered stretch in shuffled rows; shorter ones may be of two clocks in turn
 
 
 def order_of(time_s: Times) -> tuple[NDArray[np.intp], str] | None:

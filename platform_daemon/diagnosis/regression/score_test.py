@@ -21,6 +21,7 @@ from platform_daemon.diagnosis.shots.shot import PreparedShot
 from platform_daemon.diagnosis.shots.torque_course import course_of
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 from .hypothesis import Hypothesis
 from .information import solved
@@ -161,7 +162,11 @@ def _torque_columns(
     found: dict[object, Array] = {}
     for group in ([c for c in torques if c not in courses and c not in alone], *([c] for c in alone)):
         if group:
-            wide, values, linearisation = _with_torques(prepared, hypothesis, at, k, group)
+            try:
+                wide, values, linearisation = _with_torques(prepared, hypothesis, at, k, group)
+            except LostTrajectoryError:  # a torque of time beside a large kick: nothing tells its strength
+                found |= {c.key: np.zeros((1, at.linear[k].residual.size)) for c in group}
+                continue
             _, rows = wide.torque_rows(at.states[k], values, linearisation.base)
             found |= {c.key: row[None] for c, row in zip(wide.torques, rows, strict=True)}
     if courses:

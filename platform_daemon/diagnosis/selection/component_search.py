@@ -76,7 +76,7 @@ def tones(at: JointFit, residuals: Sequence[ShotResidual]) -> list[Candidate]:
     threshold = float(gamma.isf(_LIMITS.line_chance / bins, degrees))
     reach = _LIMITS.blanked_bins * n // bins
     around = np.unique(np.append(np.arange(0, power.size, 2 * _LIMITS.narrow_reach * reach), power.size))
-    narrow = power > _LIMITS.narrow_ratio * median_level(power[None], around)[0]
+    whole, narrow = power.copy(), power > _LIMITS.narrow_ratio * median_level(power[None], around)[0]
     for d in (state.dynamics for state in at.states):
         zones = Zones.of_sweep(
             d.w, d.amplitude, relative=_LIMITS.sweep_share, margin_hz=_LIMITS.margin_bins * rate / bins
@@ -90,7 +90,7 @@ def tones(at: JointFit, residuals: Sequence[ShotResidual]) -> list[Candidate]:
     found: list[float] = []
     while len(found) < _LIMITS.most_tones and power.max() > threshold:
         peak = int(np.argmax(power))
-        found.append((peak + peak_shift(power, peak)) * rate / n)
+        found.append((peak + peak_shift(whole, peak)) * rate / n)
         power[max(0, peak - reach) : peak + reach + 1] = 0.0
     return _named(found, 0.5 * bins)
 

@@ -107,8 +107,9 @@ def _one(at: JointFit, k: int, scale: tuple[float, float]) -> tuple[_Part, _Part
     effects = at.hypothesis.effects
     still = tuple(c for c in effects if c.kick_at_s is not None or (c.term is not None and not c.term.timed))
     hypothesis = Hypothesis(at.hypothesis.model, still)
-    model, state = hypothesis.augmented, hypothesis.extended(at.states[k], starting_strengths(at, hypothesis))
+    model = hypothesis.augmented
     try:
+        state = hypothesis.extended(at.states[k], starting_strengths(at, hypothesis))
         answers = torque_responses(prepared, model, state, lambda phi, v: monomials(phi, v, scale))
         torque = linear.linearisation.white(answers)
     except LostTrajectoryError:

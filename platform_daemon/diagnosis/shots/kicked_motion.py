@@ -26,6 +26,7 @@ from platform_daemon.estimation.physics.trajectory.basis_functions import STATE
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, MotionParameters
 
 _THETA, _W, _AMPLITUDE = 0, 1, 2  # places of the derivatives in a basis
+_ROUNDING_S = 1e-9  # of the instant of a sample
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class _Stretch:
     def begun_at(self, model: RingDownModel, time_s: float, speed_rad_per_s: float = 0.0) -> _Stretch:
         """The same swing, or that after a kick, with another origin.  Raises LostTrajectoryError."""
         late_s = time_s - self.origin_s
-        if late_s < 0.0:
+        if late_s < -_ROUNDING_S:
             raise LostTrajectoryError("a kick comes before the first sample")
         before = self.samples(model, 1, 2, late_s, STATE) if late_s > 0.0 else self.samples(model, 0, 1, 1.0, STATE)
         here, w, size = before[0][:, 0], self.motion.w, self.by_start.shape[1]

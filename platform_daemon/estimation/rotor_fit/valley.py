@@ -299,6 +299,9 @@ def settled(
     much there; where the first one leads down, the next step is damped less.  The same holds for the room that
     logarithms have, which is made smaller first where one at its bound may be why a trial failed.
 
+    Where a step that is held back promises too little, or does not lead down, one that is less held back is tried
+    before the fit ends.
+
     Raises RotorFitError, also above `to_beat`; the fit ends where steps as good as the last one will not lead below.
     """
     most_steps = LIMITS.most_steps if last else LIMITS.few_steps

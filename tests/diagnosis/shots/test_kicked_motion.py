@@ -31,6 +31,15 @@ def test_it_is_the_swing_that_scipy_integrates():
     np.testing.assert_allclose(slopes[0], basis[1], atol=1e-9)  # phi' / w
 
 
+def test_a_kick_at_a_sample_is_at_that_sample():
+    """49 / 49 Hz is 1 s, and 49 times 1 / 49 s a little less."""
+    state = swinging(Kick(1.0, 2.0))
+    assert 49 * (1.0 / 49.0) < 1.0
+    basis, _ = kicked_basis(THREAD, state, 0, 100, 1.0 / 49.0, STATE)
+    late, _ = kicked_basis(THREAD, swinging(Kick(1.0 - 1e-7, 2.0)), 0, 100, 1.0 / 49.0, STATE)
+    np.testing.assert_allclose(basis[:2, 50:], late[:2, 50:], atol=1e-5)
+
+
 def test_a_part_of_it_is_that_part_of_the_whole():
     state = swinging(Kick(1.7003, 2.0), Kick(5.0, -1.0))
     whole, _ = kicked_basis(THREAD, state, 0, SAMPLES, 1.0 / RATE, STATE)
