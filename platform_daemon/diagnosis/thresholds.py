@@ -180,10 +180,9 @@ class Selection:
     line_place_shares: tuple[float, ...] = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
     torque_rounds: int = 3  # in which torques are judged again beside the lines that were found [cost]
     most_place_moves: int = 5  # moves of a place or hidden scale per grid step [cost]
+    unclipped_share: float = 0.1  # of a record's samples, without which it is not followed after clipping [unset]
     quieter_share: float = 0.8  # of an angle's noise, below which it was taken for too large [unset]
-    flat_ratio: float = (
-        2.0  # of the levels in the second and the last quarter of the band, up to which it is flat [unset]
-    )
+    flat_ratio: float = 2.0  # of the levels in the second and the last quarter of a flat band, at most [unset]
     kick_move_periods: float = 0.25  # by which the instant of a kick moves at once, at most [physics]
     place_move_chi2: float = 0.5  # fall of chi^2 that makes another move worth while [cost]
     scale_steps: int = 8  # Gauss-Newton steps of a hidden scale [cost]
@@ -238,7 +237,6 @@ class Selection:
     kick_margin_periods: float = 1.5  # periods at either end where a kick cannot be separated from start or end [A]
     kick_free_instants: int = 8  # beyond the columns of the few periods around a kick that may show it [unset]
     kick_sigma: float = 5.0  # by which it must be missing there to be no kick [noise: 6e-7]
-    unclipped_share: float = 0.1  # of a record's samples, without which it is not followed after clipping [unset]
     kick_shown_sigma: float = 1.5  # by which it must be seen there beside torques: a true one was by 1.7 [noise: 7e-2]
     kick_local_share: float = 0.5  # of its size that they must show: the place is known to a part of a period [unset]
     kick_spacing_periods: float = 3.0  # periods between two kicks [A]

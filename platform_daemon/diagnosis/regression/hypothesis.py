@@ -184,9 +184,10 @@ class Hypothesis:
         """
         if not self.receivers:
             return linearisation
-        here, jacobian = self.changes(linearisation, strengths), linearisation.jacobian.copy()
-        if all(c.change is None for c in self.receivers):  # the answer to a kick is taken for the same
+        here = self.changes(linearisation, strengths)
+        if all(c.change is None for c in self.receivers):  # kicks alone, whose answer moves little with the parameters
             return replace(linearisation, residual=linearisation.residual - here)
+        jacobian = linearisation.jacobian.copy()
         sizes = np.linalg.norm(jacobian[: -linearisation.state.offsets.size].reshape(-1, here.size), axis=1)
         for k in np.flatnonzero(sizes):
             step = _LIMITS.receiver_step * float(np.linalg.norm(linearisation.signal) / sizes[k])

@@ -62,7 +62,8 @@ def test_a_large_kick_beside_a_torque_of_time_is_refused_and_a_small_one_counts_
     assert refit(large.hypothesis.plus(drift), large, pool) is None
     spring = next(c for c in candidates_for(base) if c.effect.id == "cubic_restoring")
     beside_spring = refit(large.hypothesis.plus(spring), large, pool)  # there drifts are linearised by themselves
-    assert score_table(beside_spring, [drift], pool).gain(score_table(beside_spring, [drift], pool).blocks) is None
+    table = score_table(beside_spring, [drift], pool)
+    assert table.gain(table.blocks) is None
     beside = refit(small.hypothesis.plus(drift), small, pool)
     assert beside.chi2 < small.chi2 + 0.05 * small.dof
 
