@@ -2,7 +2,8 @@
 
 numba's own cache compares the file of the outermost function only: after a change in `torque.py` it would silently use
 a `motion.march` that was compiled from the old torque.  Here the stamp of a cached kernel is the content of all kernel
-files, so that a stale kernel is never used, and an unchanged one survives a fresh check-out.
+files, and of that with their constants, so that a stale kernel is never used, and an unchanged one survives a fresh
+check-out.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ FILES = (
     "rotor/rigid_body/acceleration.py",
     "rotor/rigid_body/integrator.py",
     "rotor/rigid_body/motion.py",
+    "rotor/rotor.py",
     "rotor/torque.py",
     "rotor/trajectory.py",
 )

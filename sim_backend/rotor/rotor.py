@@ -13,7 +13,7 @@ from drivers.specimen import Defects, JewelBearing, Magnets, Specimen
 MU_0 = 1.25663706127e-06
 """Vacuum magnetic permeability, V s/(A m), CODATA 2022; `scipy.constants` takes longer to load than a plan to make."""
 
-FLUCTUATION_WAVES = 8
+FLUCTUATION_WAVES = 64
 """Waves that make up what fluctuates within a shot."""
 
 UNDECLARED_DAMPING_PER_S = {"thread": 0.2465, "jewel": 0.0978}

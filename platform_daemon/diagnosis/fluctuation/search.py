@@ -12,7 +12,6 @@ them, and clearly so where it is smooth.  One shot alone does not tell them apar
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
@@ -21,10 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.diagnosis.effects.effect import Candidate
-from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly, starting_point
-from platform_daemon.diagnosis.regression.linearised_shot import LinearisedShot, linearise_shot
-from platform_daemon.diagnosis.regression.score_test import CandidateBlock, ScoreResult, score_table
 from platform_daemon.diagnosis.selection.confounders import gain_of
 from platform_daemon.diagnosis.selection.significance import LEVEL, log_chance
 from platform_daemon.diagnosis.shots.linearisation import linearise_signal
@@ -35,6 +31,7 @@ from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
+from .common_effects import common_effects
 from .course_fit import CourseFit, fit_course, linearise_course
 from .first_look import differs_from_shot_to_shot
 from .fluctuating import Fluctuating
@@ -100,7 +97,7 @@ def _found(
         return None
     likeliest, unit, information = _process(fits, what, _first_process(base))
     states = _with_process([f.state for f in fits], what, likeliest.process, unit)
-    hypothesis, strengths = _common_effects(base, states, candidates, pool)
+    hypothesis, strengths = common_effects(base, states, candidates, pool)
     for _ in range(_LIMITS.most_passes):
         at = fit_jointly(base.prepared, hypothesis, pool, states, strengths)
         strengths, before = at.strengths, likeliest
@@ -219,44 +216,3 @@ def _apart(base: JointFit, candidates: Sequence[Candidate]) -> list[Candidate]:
         along = columns[k] / sizes[k]
         columns -= np.outer(columns @ along, along)
     return found
-
-
-def _common_effects(
-    base: JointFit, states: Sequence[CourseState], candidates: Sequence[Candidate], pool: Executor
-) -> tuple[Hypothesis, Array]:
-    """The effects that all shots have in common beside their courses, one after the other, with their strengths.
-
-    At the states of the courses' fits the data are linear in all of them, so that nothing is fitted again in between.
-    """
-
-    def one(shot: PreparedShot, state: FitState) -> LinearisedShot:
-        return linearise_shot(shot, base.hypothesis, state, base.strengths)
-
-    linear = tuple(pool.map(one, base.prepared, states))
-    at = replace(base, states=tuple(states), linear=linear)
-    table = score_table(at, candidates, pool)
-    chosen: list[CandidateBlock] = []
-    best: ScoreResult | None = None
-    while len(chosen) < _LIMITS.most_effects:
-        scores = [(score, b) for b in table.blocks if b not in chosen and (score := table.gain([*chosen, b]))]
-        scores = [(s, b) for s, b in scores if b.candidate.allows(float(s.strengths[-1]))]
-        if not scores:
-            break
-        score, block = max(scores, key=lambda pair: pair[0].gain)
-        more = (score.gain - (best.gain if best else 0.0)) * at.noise_factor
-        if log_chance(more, block.candidate.size, float(len(candidates))) >= LEVEL:
-            break
-        chosen, best = [*chosen, block], score
-    hypothesis = base.hypothesis.plus(*(b.candidate for b in chosen))
-    strengths = np.zeros(hypothesis.size)
-    if best is not None:
-        sizes = dict(zip([b.candidate.key for b in chosen], _split(best.strengths, chosen), strict=True))
-        for c, where in zip(hypothesis.common, hypothesis.slices, strict=True):
-            strengths[where] = sizes[c.key]
-    return hypothesis, strengths
-
-
-def _split(strengths: Array, blocks: Sequence[CandidateBlock]) -> list[Array]:
-    """Strengths of each block."""
-    ends = np.cumsum([0, *(len(b.where) for b in blocks)])
-    return [strengths[a:b] for a, b in itertools.pairwise(ends)]

@@ -22,7 +22,7 @@ from platform_daemon.estimation.physics.trajectory.state_at_zero import state_at
 from platform_daemon.estimation.physics.trajectory.turning_points import turning_points
 from platform_daemon.estimation.prepared_record import prepare_record
 from platform_daemon.estimation.record import RingDownRecord
-from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.estimation.refusal import Refusal, RefusedError
 from platform_daemon.estimation.screening.angle_cycles import find_half_cycles
 from platform_daemon.estimation.solve import find_minimum, find_minimum_coarsely
 
@@ -137,24 +137,26 @@ def anchored_before(state: FitState, model: RingDownModel) -> FitState:
 
 
 def _minimum(shot: DiagnosisShot, model: RingDownModel) -> FitState:
-    """Of the whole window; where a model that lacks much finds none there, of an angle's first eighth.
+    """Of the whole window; where a model that lacks much finds none there, of an angle's first eighth, and of a dipole
+    as if the noise were a part of the signal.
 
     Raises RefusedError, LostTrajectoryError.
     """
+    record = shot.record
+    held = fixed_values(model, None, dipole=observes_dipole(record, model))
     try:
-        return _found(shot.record, shot, model)
-    except RefusedError:
-        if shot.record.quantity != "angle":
+        return find_minimum(prepare_record(record, "d30", shot.noise, held), model)[1].state
+    except RefusedError as error:
+        if record.quantity == "angle":
+            part = replace(record, valid_to=record.valid_from + (record.end - record.valid_from) // _LIMITS.first_part)
+            return find_minimum(prepare_record(part, "d30", shot.noise, held), model)[1].state
+        # Any other refusal is for what the signal shows, and not for the model that lacks something.
+        coarse = None
+        if error.code is Refusal.NO_CONVERGENCE:
+            coarse = find_minimum_coarsely(prepare_record(record, "d30", shot.noise, held), model)
+        if coarse is None:
             raise
-        record = shot.record
-        part = replace(record, valid_to=record.valid_from + (record.end - record.valid_from) // _LIMITS.first_part)
-        return _found(part, shot, model)
-
-
-def _found(part: RingDownRecord, shot: DiagnosisShot, model: RingDownModel) -> FitState:
-    """Of a part of the shot's record, with what the model itself holds held.  Raises as above."""
-    held = fixed_values(model, None, dipole=observes_dipole(part, model))
-    return find_minimum(prepare_record(part, "d30", shot.noise, held), model)[1].state
+        return coarse[1].state
 
 
 def _end(shot: DiagnosisShot, model: RingDownModel, state: FitState) -> int:

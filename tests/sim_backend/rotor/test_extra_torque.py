@@ -1,7 +1,7 @@
 """Undeclared torques against formulas written here once more, and scipy's DOP853."""
 
 from dataclasses import replace
-from math import cos, exp, pi, sin
+from math import cos, exp, pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -153,7 +153,7 @@ def test_friction_that_fluctuates_is_its_formula_also_where_a_piece_of_the_motio
     w = rotor.omega_rad_per_s
 
     def rhs(t, y, sign):
-        x = 0.5 * sum(cos(a * t + b) for a, b in zip(omega, phase, strict=True))  # of unit variance
+        x = sqrt(2 / FLUCTUATION_WAVES) * sum(cos(a * t + b) for a, b in zip(omega, phase, strict=True))
         dry = TF * hertz(y[0]) * exp(0.4 * x - 0.08)
         return y[1], -2 * rotor.lambda_per_s * y[1] - w * w * sin(y[0]) - sign * dry
 
@@ -167,7 +167,7 @@ def test_a_frequency_that_fluctuates_is_its_formula_also_where_a_piece_of_the_mo
     w = rotor.omega_rad_per_s
 
     def rhs(t, y, sign):
-        x = 0.5 * sum(cos(a * t + b) for a, b in zip(omega, phase, strict=True))  # of unit variance
+        x = sqrt(2 / FLUCTUATION_WAVES) * sum(cos(a * t + b) for a, b in zip(omega, phase, strict=True))
         now = w + 2 * pi * 0.5 * x
         return y[1], -2 * rotor.lambda_per_s * y[1] - now**2 * sin(y[0]) - sign * TF * hertz(y[0])
 
