@@ -34,7 +34,15 @@ from .fluctuation.fluctuating import what_may_fluctuate
 from .fluctuation_diagnosis import fitted_shots, may_fluctuate, of_fluctuation
 from .regression.cross_validation import CrossValidation
 from .regression.joint_fit import JointFit
-from .regression.parameters import Mean, means, widened, window_disagreement, with_scales
+from .regression.parameters import (
+    Mean,
+    means,
+    widened,
+    window_differences,
+    window_disagreement,
+    with_scales,
+    with_what_is_left,
+)
 from .regression.score_test import ScoreTable
 from .report_schema import DiagnosisVerdict
 from .rigid_body.plane_test import PlaneTest, plane_test
@@ -268,6 +276,9 @@ def _of_effects(
     spanned = widened(exact, _other_explanations(named, small))
     wider, side_modes = with_side_modes(spanned, first, model)
     wider, weight = with_undeclared_weight(wider, final)
+    apart = window_differences(final, pool)
+    if verdict in ("unexplained", "partly_explained"):
+        wider = with_what_is_left(wider, final, apart)
     return Diagnosis(
         shots=(),
         refused=(),
@@ -284,7 +295,7 @@ def _of_effects(
         parameters_before=means(found.base),
         parameters_after=wider,
         sigma_before=window_disagreement(found.base, pool),
-        sigma_after=window_disagreement(final, pool),
+        sigma_after={name: one.sigma for name, one in apart.items()},
         torque=torque,
         moving=moving_parameters(found.base, pool),
         next_measurements=tuple(

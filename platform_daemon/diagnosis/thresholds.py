@@ -131,6 +131,7 @@ class Regression:
         0.05  # fall of chi^2 at which it ends, in units of chi2/dof where that is above 1 [cost]
     )
     paired_shots: int = 4  # from so many on the scatter itself is the standard error of N50 - D30 [unset]
+    windows_differ_sigma: float = 3.29  # of that, from which they differ: the paper's 0.001 [noise]
     resolved_share: float = 1e-11  # of a column's power that must survive the projection [digits]
     told_apart_eigenvalue: float = 1e-9  # least of a scaled matrix that tells candidates apart [digits]
     rest_determinant: float = 1e-12  # relative; below, the rotor rests and two derivatives are one [digits]

@@ -140,8 +140,21 @@ def _mean(name: str, rows: Sequence[Parameters], alone: Sequence[Parameters]) ->
     return Mean(value=mean, std=math.hypot(float(np.sqrt(np.sum(own**2))) / values.size, common), scatter=scatter)
 
 
-def window_disagreement(at: JointFit, pool: Executor) -> dict[str, float]:
-    """|mean of N50 - D30| over its standard error, by parameter: both windows fitted with the strengths held.
+@dataclass(frozen=True, kw_only=True)
+class WindowDifference:
+    """Mean of N50 - D30 of a parameter over the shots, and its standard error."""
+
+    value: float
+    std: float
+
+    @property
+    def sigma(self) -> float:
+        """How many of its errors it is."""
+        return abs(self.value) / self.std
+
+
+def window_differences(at: JointFit, pool: Executor) -> dict[str, WindowDifference]:
+    """N50 - D30 by parameter: both windows fitted with the strengths held.
 
     Empty where a window cannot be fitted (an angle, a record too short).
     """
@@ -152,7 +165,32 @@ def window_disagreement(at: JointFit, pool: Executor) -> dict[str, float]:
     names = [
         n for n in good[0][0].parameters if all(n in p[0].covariance_names and n in p[1].covariance_names for p in good)
     ]
-    return {name: _sigma(name, good) for name in names}
+    return {name: _window_difference(name, good) for name in names}
+
+
+def window_disagreement(at: JointFit, pool: Executor) -> dict[str, float]:
+    """|mean of N50 - D30| over its standard error, by parameter; see `window_differences`."""
+    return {name: one.sigma for name, one in window_differences(at, pool).items()}
+
+
+def with_what_is_left(
+    found: Mapping[str, Mean], at: JointFit, differences: Mapping[str, WindowDifference]
+) -> dict[str, Mean]:
+    """Parameters of shots that are not explained, whose errors say how far the resonator's constants may be off.
+
+    What is not explained moves constants from shot to shot and from window to window.  The error of a mean is not below
+    what the scatter says, and contains the difference of N50 and D30 where that is no chance.
+    """
+    names = {"f_nat_hz", "m_r_am2", *(c.name for c in at.hypothesis.model.coefficients)}
+    out = dict(found)
+    for name in names & out.keys():
+        m = out[name]
+        std = m.std if m.scatter is None else max(m.std, m.scatter / math.sqrt(len(at.prepared)))
+        apart = differences.get(name)
+        if apart is not None and apart.sigma > _LIMITS.windows_differ_sigma:
+            std = math.hypot(std, apart.value)
+        out[name] = replace(m, std=std)
+    return out
 
 
 def _both(at: JointFit, k: int) -> tuple[FitResult, FitResult] | None:
@@ -199,7 +237,7 @@ def _clean(at: JointFit, k: int) -> np.ndarray:
     return out
 
 
-def _sigma(name: str, pairs: Sequence[tuple[FitResult, FitResult]]) -> float:
+def _window_difference(name: str, pairs: Sequence[tuple[FitResult, FitResult]]) -> WindowDifference:
     differences = np.array([short.parameters[name].value - long.parameters[name].value for short, long in pairs])
     if name in _ANGLES:
         differences = np.remainder(differences + math.pi, 2.0 * math.pi) - math.pi
@@ -209,4 +247,4 @@ def _sigma(name: str, pairs: Sequence[tuple[FitResult, FitResult]]) -> float:
     else:
         variances = [(s.parameters[name].std or 0.0) ** 2 - (d.parameters[name].std or 0.0) ** 2 for s, d in pairs]
         error = math.sqrt(max(sum(variances), 1e-300)) / k
-    return float(abs(differences.mean()) / error)
+    return WindowDifference(value=float(differences.mean()), std=error)
