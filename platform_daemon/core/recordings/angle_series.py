@@ -8,12 +8,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from .even_clock import evened
 from .hdf5 import Hdf5File, open_hdf5
 from .time_column import even_stretch, fault_of, order_of
 from .unit_conversion import conversion
 
 _TIME, _SIGNAL = "/time", "/signal"
 _MOST_SAMPLES = (0.01, 0.99)  # a spike is no swing
+_TURN = 2.0 * np.pi
+_JUMP = 5.0  # usual steps by which a jump of the angle may differ from a turn
 _FEWEST = 64  # samples in the longest even stretch
 
 
@@ -25,7 +28,7 @@ class AngleSeries:
         path: of the file.
         angle_rad: (1, n), the longest stretch with an even clock.
         sampling_rate_hz: of it.
-        clock: what is wrong with the time column, in words; empty if nothing is.
+        clock: what is wrong with the time column, and what was done to the samples, in words; empty if nothing is.
     """
 
     path: Path
@@ -63,13 +66,15 @@ def read_angles(path: Path) -> AngleSeries:
         fault = fault_of(time_s)
         if fault is not None:
             raise source.defect(fault[0], _TIME, "times that rise by one even step", fault[1])
-        first, last, step_s, clock = even_stretch(time_s)
+        first, last, clock = even_stretch(time_s)
         if last - first < _FEWEST:
             what = f"is uneven: no {_FEWEST} samples in a row have the same step"
             raise source.defect(what, _TIME, "an even clock", "resample the data with a method of your choice")
+        angle_rad, turning = unwrapped(angle_rad)
         _refuse_turns(source, angle_rad)
-    told = clock if sorting is None else (sorting[1], *clock)
-    return AngleSeries(path, angle_rad[None, first:last], 1.0 / step_s, told)
+        even = evened(time_s[first:last], angle_rad[None, first:last], source.place(_TIME))
+    remarks = ("" if sorting is None else sorting[1], *clock, turning, even.remark)
+    return AngleSeries(path, even.samples, 1.0 / even.step_s, tuple(each for each in remarks if each))
 
 
 def _time(source: Hdf5File) -> NDArray[np.float64]:
@@ -115,6 +120,23 @@ def turns_of(angle_rad: NDArray[np.float64]) -> str:
     lowest, highest = np.quantile(seen, _MOST_SAMPLES).tolist() if seen.size else (0.0, 0.0)
     beyond = highest - lowest > 2.0 * np.pi
     return f"goes from {seen.min():.4g} to {seen.max():.4g} rad, beyond pi to either side" if beyond else ""
+
+
+def unwrapped(angle_rad: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
+    """(angles without jumps of one turn, what was done in words); unchanged, and empty, where there are none.
+
+    Wrapped are values within one turn with steps of almost a whole one, which otherwise are a glitch, or degrees.
+    angle_rad: (.., n).
+    """
+    steps = np.diff(angle_rad, axis=-1)
+    jumps = np.abs(steps) > np.pi
+    if not jumps.any() or not np.isfinite(angle_rad).all() or np.ptp(angle_rad) > _TURN * (1.0 + 1e-6):
+        return angle_rad, ""
+    usual = float(np.quantile(np.abs(steps[~jumps]), _MOST_SAMPLES[1])) if not jumps.all() else np.inf
+    if np.abs(np.abs(steps[jumps]) - _TURN).max() > min(_JUMP * usual, 0.5 * np.pi):
+        return angle_rad, ""
+    count = np.count_nonzero(jumps)
+    return np.unwrap(angle_rad, axis=-1), f"the angle jumped by a whole turn at {count} samples; the turns were undone"
 
 
 def _no_angle(values: NDArray[np.generic] | None) -> tuple[str, str]:

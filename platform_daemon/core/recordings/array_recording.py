@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError, RecordingError
 
-from .angle_series import AngleSeries, turns_of
+from .angle_series import AngleSeries, turns_of, unwrapped
 from .checks import check_calibration
+from .even_clock import evened
 from .recording import FrameInfo, Recording, SequenceInfo
 from .time_column import even_stretch, fault_of, order_of
 
@@ -62,7 +63,8 @@ def signal_of(
     """A signal over time, which begins when the excitation has ended.
 
     Args:
-        time_s: (n,) s, with an even step; samples whose stamps are shuffled are sorted, and a note says so.
+        time_s: (n,) s, without holes; samples whose stamps are shuffled are sorted, those whose stamps leave an even
+            clock are interpolated, and a note says so.
         samples: in SI: dm/dt in A m^2/s on the world axes (3, n), voltages in V (channels, n), both also (frames, ..,
             n), or an angle in rad (n,).
         quantity: what the samples are.
@@ -80,17 +82,21 @@ def signal_of(
     sorting = order_of(time) if time.shape == values.shape[-1:] else None
     if sorting is not None:
         time, values = time[sorting[0]], values[..., sorting[0]]
-    rate_hz = _rate_hz(time, values.shape[-1], where)
+    _check_time(time, values.shape[-1], where)
     bad = np.argwhere(~np.isfinite(values))
     if len(bad):
         what = f"{len(bad)} samples are no finite numbers, the first at {tuple(bad[0].tolist())}"
         raise InputError(what, where=where, remedy="cut them off, or replace them by what was measured")
+    values, turning = unwrapped(values) if quantity == "angle" else (values, "")
     if quantity == "angle":
         turned = turns_of(values)
         if turned:
             remedy = "convert degrees to radians, or say unit = 'deg' of a file; cut off what turns over"
             raise InputError(f"the angle {turned}", where=where, why="these may be degrees", remedy=remedy)
-        return AngleSeries(Path(where), values, rate_hz, () if sorting is None else (sorting[1],))
+    values, step_s, evening = evened(time, values, where)
+    told = tuple(each for each in ("" if sorting is None else sorting[1], turning, evening) if each)
+    if quantity == "angle":
+        return AngleSeries(Path(where), values, 1.0 / step_s, told)
     calibration = None
     if quantity == "dmdt":  # u = -P dm/dt with P = 1
         values, sensitivity = -values, np.eye(3)
@@ -98,11 +104,11 @@ def signal_of(
         calibration = ReceiveCalibration(np.asarray(sensitivity, dtype=np.float64), identifier=f"of {where}")
         check_calibration(calibration, values.shape[1], where)
     frames, channels, n = values.shape
-    sequence = SequenceInfo(rate_hz, 1, 0, 0, n)
+    sequence = SequenceInfo(1.0 / step_s, 1, 0, 0, n)
     info = tuple(FrameInfo(k + 1, n) for k in range(frames))
-    told = "" if sorting is None else sorting[1]
+    layout = "; ".join(told)
     return ArrayRecording(
-        Path(where), sequence, frames, channels, info, calibration, variant, other_layout=told, volts=values
+        Path(where), sequence, frames, channels, info, calibration, variant, other_layout=layout, volts=values
     )
 
 
@@ -128,8 +134,8 @@ def _shaped(samples: ArrayLike, quantity: str, where: str) -> NDArray[np.float64
     return np.ascontiguousarray(rows)
 
 
-def _rate_hz(time: NDArray[np.float64], samples: int, where: str) -> float:
-    """Sampling rate, Hz.  Raises InputError for a time that does not go on in even steps, one for each sample."""
+def _check_time(time: NDArray[np.float64], samples: int, where: str) -> None:
+    """Raises InputError for a time that does not go on without holes, one for each sample."""
     if time.shape != (samples,):
         remedy = "give one time for each sample, in s"
         raise InputError(f"time has the shape {time.shape}, not ({samples},)", where=where, remedy=remedy)
@@ -141,12 +147,11 @@ def _rate_hz(time: NDArray[np.float64], samples: int, where: str) -> float:
     fault = fault_of(time)
     if fault is not None:
         raise InputError(f"time {fault[0]}", where=where, remedy=fault[1])
-    first, last, step_s, gaps = even_stretch(time)
+    first, last, gaps = even_stretch(time)
     if gaps:
         why = gaps[0].partition(";")[0]
         remedy = f"take samples {first} to {last - 1}, the longest stretch without a hole, or resample the signal"
         raise InputError("time has holes", where=where, why=why, remedy=remedy)
-    return 1.0 / step_s
 
 
 def refuse_quantities(names: list[str], where: str) -> InputError:

@@ -75,16 +75,15 @@ def _other_rate(time_s: Times, steps: Times) -> tuple[str, str] | None:
     return None
 
 
-def even_stretch(time_s: Times) -> tuple[int, int, float, tuple[str, ...]]:
-    """(first, last + 1 sample of the longest stretch with an even clock, its mean step in s, the gaps in words)."""
+def even_stretch(time_s: Times) -> tuple[int, int, tuple[str, ...]]:
+    """(first, last + 1 sample of the longest stretch without a hole, the gaps in words)."""
     steps = np.diff(time_s)
     usual = float(np.median(steps))
     gaps = np.flatnonzero(np.abs(steps - usual) > _UNEVEN * usual)
     ends = np.concatenate([[-1], gaps, [time_s.size - 1]])
     longest = int(np.argmax(np.diff(ends)))
     first, last = int(ends[longest]) + 1, int(ends[longest + 1]) + 1
-    step_s = (time_s[last - 1] - time_s[first]) / max(last - 1 - first, 1)
-    return first, last, float(step_s), _gaps_in_words(steps / usual, gaps, first, last)
+    return first, last, _gaps_in_words(steps / usual, gaps, first, last)
 
 
 def _gaps_in_words(steps: Times, gaps: NDArray[np.int64], first: int, last: int) -> tuple[str, ...]:
