@@ -34,8 +34,9 @@ from .angle_series import AngleSeries
 from .array_files import matlab_table, npz_table, zipped_table
 from .array_recording import Quantity, refuse_quantities, signal_of
 from .recording import Recording
-from .text_table import Table, text_table
-from .unit_conversion import conversion
+from .table import Table
+from .text_table import text_table
+from .unit_conversion import conversion, is_dimensionless, is_unit
 
 _READERS = {".npz": npz_table, ".mat": matlab_table, ".zip": zipped_table}
 _OTHERS = {
@@ -49,6 +50,7 @@ _ENDINGS = {
     **{"am2_per_s": "A m^2/s", "mam2_per_s": "mA m^2/s", "uam2_per_s": "uA m^2/s", "v": "V", "mv": "mV", "uv": "uV"},
     **{"rad": "rad", "mrad": "mrad", "deg": "deg", "s": "s", "ms": "ms", "us": "us", "ns": "ns"},
 }
+_ONE_ANGLE = "an angle is one signal, fitted by itself"
 _ANGLE = re.compile(r"[θϑφϕ]|phi|theta|angle|winkel", re.IGNORECASE)
 _QUANTITIES: dict[Quantity, str] = {"dmdt": "A m^2/s", "voltage": "V", "angle": "rad"}
 
@@ -87,7 +89,7 @@ def columns_in(path: Path) -> tuple[TableColumn, ...]:
             TableColumn(
                 name=name,
                 shape=values.shape,
-                unit=said or _unit_in(name),
+                unit=said or _unit_of(table, name),
                 read_as="time" if name == time else "signal" if name in signals else None,
                 lowest=lowest,
                 highest=highest,
@@ -146,9 +148,13 @@ def read_columns(path: Path, columns: Columns | None = None) -> Recording | Angl
     table = _table(path)
     time = columns.time or _time_name(table, path)
     stamps = _column(table, time, path).reshape(-1)
-    time_s = stamps * _factor(columns.time_unit or _unit_in(time), "s", f"{path}: {time}", "time_unit")
-    names = columns.signal or _signal_names(table, time, columns.unit)
-    quantity, signal = _signal({name: _column(table, name, path) for name in names}, stamps.size, columns.unit, path)
+    time_s = stamps * _factor(columns.time_unit or _unit_of(table, time), "s", f"{path}: {time}", "time_unit")
+    names = columns.signal or _signals_there(table, time, columns.unit, path)
+    units = {name: columns.unit or _unit_of(table, name) for name in names}
+    quantity, signal = _signal({name: _column(table, name, path) for name in names}, stamps.size, units, path)
+    _refuse_missing(table, (time, *names), path)
+    if quantity == "angle" and signal.ndim == 2 and signal.shape[0] > 1 and signal.shape[1] == stamps.size:
+        raise _several_angles([each for name in names for each in _parts(name, _column(table, name, path))], path)
     read = signal_of(time_s, signal, quantity, where=str(path))
     return replace(read, size_bytes=path.stat().st_size) if isinstance(read, Recording) else read
 
@@ -171,34 +177,83 @@ def _column(table: Table, name: str, path: Path) -> NDArray[np.float64]:
     found = _MATRIX_COLUMN.match(name)
     if found and found[1] in table and table[found[1]].ndim == 2 and 1 <= int(found[2]) <= table[found[1]].shape[1]:
         return table[found[1]][:, int(found[2]) - 1]
+    if name in table.left_out:
+        raise _no_numbers(name, table, path)
     there = [f"{each} ({' x '.join(map(str, table[each].shape))})" if table[each].ndim > 1 else each for each in table]
     remedy = f"one of: {', '.join(map(repr, there[:20]))}"
     raise RecordingError(f"there is no column {name!r}", where=str(path), remedy=remedy)
 
 
+def _no_numbers(name: str, table: Table, path: Path) -> RecordingError:
+    """The error for a column that is there, and was left out."""
+    reason = table.left_out[name]
+    remedy = "write real numbers there, or name another column, as signal = ['NAME'] or time = 'NAME'"
+    what = f"the column {name!r} holds no real numbers" if "counts" not in reason else f"no column is {name!r}"
+    return RecordingError(what, where=str(path), why=reason, remedy=f"{remedy}, in {path.name}.toml")
+
+
 def quantity_of(unit: str | None) -> Quantity | None:
-    """What a signal in this unit is; None: no signal has it."""
-    return next((each for each, si in _QUANTITIES.items() if unit and conversion(unit, si)), None)
+    """What a signal in this unit is; None: no signal has it, as none is a plain number in % or counts."""
+    if not unit or is_dimensionless(unit):
+        return None
+    return next((each for each, si in _QUANTITIES.items() if conversion(unit, si)), None)
+
+
+def _signals_there(table: Table, time: str, unit: str | None, path: Path) -> tuple[str, ...]:
+    """The same as _signal_names.  Raises RecordingError if one that may be meant holds no real numbers."""
+    for name in table.left_out:
+        if name in table.complex_names or quantity_of(_unit_in(name)):
+            raise _no_numbers(name, table, path)
+    names = _signal_names(table, time, unit)
+    if names:
+        return names
+    why = "; ".join(f"{name!r}: {reason}" for name, reason in table.left_out.items()) or f"there is only {time!r}"
+    remedy = "write a column of real numbers beside it"
+    raise RecordingError("no column can be the signal", where=str(path), why=why, remedy=remedy)
+
+
+def _several_angles(names: Sequence[str], path: Path) -> RecordingError:
+    shown = ", ".join(map(repr, names[:10]))
+    line = f"signal = [{json.dumps(names[0], ensure_ascii=False)}]"
+    remedy = f"choose one by the line {line} in {path.name}.toml"
+    return RecordingError(f"{len(names)} columns are angles: {shown}", where=str(path), why=_ONE_ANGLE, remedy=remedy)
+
+
+def _refuse_missing(table: Table, names: Sequence[str], path: Path) -> None:
+    """Raises RecordingError for cells of a text that are empty or no finite number, naming the line."""
+    for name in names:
+        if table.lines is None or name not in table:
+            continue
+        bad = np.flatnonzero(~np.isfinite(table[name]))
+        if bad.size:
+            many = (
+                f"{bad.size} cells of the column {name!r} are" if bad.size > 1 else f"a cell of the column {name!r} is"
+            )
+            what = f"{many} empty, or no finite numbers"
+            why = f"the first is in line {table.lines[bad[0]]}"
+            remedy = "leave these lines out at the ends, or write what was measured"
+            raise RecordingError(what, where=str(path), why=why, remedy=remedy)
 
 
 def _signal_names(table: Table, time: str, unit: str | None) -> tuple[str, ...]:
     """All but time, and what is in a unit of no signal, as phyphox exports speeds beside angles."""
     rest = [name for name in table if name != time and table[name].size > 1]
-    signals = [name for name in rest if unit or not _unit_in(name) or quantity_of(_unit_in(name))]
+    units = {name: _unit_of(table, name) for name in rest}
+    signals = [name for name in rest if unit or not units[name] or quantity_of(units[name])]
     return tuple(signals or rest)
 
 
 def _signal(
-    columns: Mapping[str, NDArray[np.float64]], samples: int, unit: str | None, path: Path
+    columns: Mapping[str, NDArray[np.float64]], samples: int, units: Mapping[str, str | None], path: Path
 ) -> tuple[Quantity, NDArray[np.float64]]:
     """What the columns are, and their samples in SI, (channels, n)."""
     rows: list[NDArray[np.float64]] = []
     found: dict[Quantity, str] = {}
     for name, values in columns.items():
-        said = unit or _unit_in(name)
+        said = units[name]
         quantity = quantity_of(said)
         if quantity is None:
-            raise _no_unit(name, said, path, "unit", " or ".join((*_QUANTITIES.values(), "deg")))
+            raise _no_unit(name, said, path, "unit", "A m^2/s or V, or of an angle rad or deg")
         found[quantity] = name
         row = np.atleast_2d(values)
         lies = row.ndim == 2 and row.shape[0] == samples != row.shape[1]  # a channel in each column, as in MATLAB
@@ -225,6 +280,11 @@ def _no_unit(name: str, said: str | None, path: Path, key: str, wanted: str) -> 
     return RecordingError(what, where=str(path), why=f"it must be {wanted}, or be converted to that", remedy=remedy)
 
 
+def _unit_of(table: Table, name: str) -> str | None:
+    """What its cells say, else what its name says."""
+    return table.units.get(name) or _unit_in(name)
+
+
 def _unit_in(name: str) -> str | None:
     column = _MATRIX_COLUMN.match(name)
     if column:
@@ -238,13 +298,25 @@ def _unit_in(name: str) -> str | None:
 
 
 def _time_like(table: Table) -> str | None:
-    """The column whose name begins with t or time, and that is no signal; None: there is none."""
+    """The column whose name begins with t or time, one with a unit of time first; None: there is none.
+
+    One in another unit, as a temperature, is none.
+    """
+    found: list[tuple[bool, bool, str]] = []
     for name in table:
-        found = _BRACKETS.match(name)
-        stem = (found[1] if found else name).rpartition(".")[2].strip().lower()
-        if stem in ("t", "time") or re.match(r"^(t|time)_[a-z]+$", stem):
-            return name
-    return None
+        unit = _unit_of(table, name)
+        if not _called_time(name):
+            continue
+        known = bool(unit and conversion(unit, "s"))
+        if known or not (unit and is_unit(unit)):
+            found.append((not known, not known and not name.lower().startswith("time"), name))
+    return min(found, key=lambda each: each[:2])[2] if found else None
+
+
+def _called_time(name: str) -> bool:
+    brackets = _BRACKETS.match(name)
+    stem = (brackets[1] if brackets else name).rpartition(".")[2].strip().lower()
+    return stem in ("t", "time") or re.match(r"^(t|time)_[a-z]+$", stem) is not None
 
 
 def _time_name(table: Table, path: Path) -> str:
@@ -252,11 +324,15 @@ def _time_name(table: Table, path: Path) -> str:
     found = _time_like(table)
     if found is not None:
         return found
+    text = next((name for name in table.left_out if _called_time(name)), None)
+    if text is not None:
+        raise _no_numbers(text, table, path)
     told = "time = 'NAME', signal = ['NAME'], time_unit = 's', unit = 'deg'"
     lines = f"{told} (or another unit), as platform-daemon info shows them"
     remedy = f"call it time_s, or write {path.name}.toml with the lines {lines}"
-    why = f"the columns are {', '.join(map(repr, table))}"
-    raise RecordingError("no column is called time", where=str(path), why=why, remedy=remedy)
+    why = f"the columns of numbers are {', '.join(map(repr, table)) or 'none'}"
+    left = "".join(f"; {name!r} is left out: {reason}" for name, reason in list(table.left_out.items())[:5])
+    raise RecordingError("no column is called time", where=str(path), why=why + left, remedy=remedy)
 
 
 def _columns_of_toml(path: Path) -> Columns:

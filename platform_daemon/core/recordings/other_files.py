@@ -17,7 +17,7 @@ _FILTERS |= {32015: "Zstandard", 32026: "Blosc2", 4: "SZIP"}
 _OTHERS = {
     b"\x1f\x8b": ("packed by gzip", "unpack it first: gunzip"),
     b"PK\x03\x04": ("a zip or npz file", "unpack it, or let the name of an npz file end in .npz"),
-    b"MATLAB 5.0": ("a MATLAB file before version 7.3", "save it with -v7.3, which writes HDF5"),
+    b"MATLAB 5.0": ("a MATLAB file before version 7.3", "let its name end in .mat"),
     b"CDF": ("a netCDF file before version 4", "convert it: nccopy -k nc4"),
     b"version https://git-lfs": ("a pointer of git LFS in place of the file", "get the file itself: git lfs pull"),
 }

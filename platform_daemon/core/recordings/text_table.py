@@ -1,35 +1,38 @@
 """Tables as text: CSV with any separator, with a decimal comma, with headers of other programs, and Octave's own text.
 
 What programs write differs in four things, each of which the text itself tells: the encoding (a byte order mark, or
-bytes that are no UTF-8), the separator and the decimal mark (those with which the last line is most numbers), the line
-of names (the last one before the numbers, or the last comment, as numpy.savetxt writes it), and a column that only
-counts the rows (as pandas and R write it).
+bytes that are no UTF-8), the separator and the decimal mark (those with which lines from all over the text are most
+numbers), the line of names (the last one before the numbers, or the last comment, as numpy.savetxt writes it), and a
+column that only counts the rows (as pandas and R write it).  A text is read in blocks, so that a long one needs little
+more memory than its numbers.
 """
 
 from __future__ import annotations
 
 import codecs
 import csv
-import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import RecordingError
 
-Table = dict[str, NDArray[np.float64]]
-"""Columns by name; of a table without names by their numbers from 0."""
-OCTAVE = "# Created by Octave"
+from .octave_text import OCTAVE, octave_table
+from .table import Table
+from .text_cells import DEGREE, MISSING, Shape, names_above, number_in, shape_of
+
 _COMMENTS = ("#", "%")
-_FORMATS = (("\t", "."), (";", "."), (",", "."), (None, "."), ("\t", ","), (";", ","), (None, ","))
-"""Separator (None: blanks) and decimal mark, the likelier first."""
-_JUDGED = 5  # lines, the last ones
-_MISSING = ("", "NA")
-_UNITS_ROW = re.compile(r"^\s*[\[(].*[\])]\s*$")
-_COUNTS_ROWS = ("", "Unnamed: 0", "index")
+_BLOCK = 1 << 20  # characters
+_JUDGED = 400  # lines, from all over the text
+_SHOWN = 30  # characters of a cell in an error
+_COUNTS_ROWS = ("", "unnamed: 0", "index")
+_COUNTERS = ("n", "no", "no.", "nr", "nr.", "#", "row", "sample")
+"""Names of columns that count the rows, the latter where they do so from 0 or 1."""
+_Lines = list[tuple[int, str]]
 
 
 def decoded(content: bytes) -> str:
@@ -51,142 +54,180 @@ def text_table(content: bytes, where: str) -> Table:
         raise RecordingError("cannot be read as text", where=where, why=str(error), remedy=remedy) from None
     if text.startswith(OCTAVE):
         return octave_table(text, where)
-    lines = [(k, line) for k, line in enumerate(text.splitlines(), start=1) if line.strip()]
-    if lines and re.fullmatch(r"sep=.\s*", lines[0][1]):  # Excel's
-        lines = lines[1:]
-    comments = [line.strip().lstrip("#% ") for _, line in lines if line.strip().startswith(_COMMENTS)]
-    rows = [(k, line) for k, line in lines if not line.strip().startswith(_COMMENTS)]
-    if not rows:
+    judged, comments = _judged_lines(text)
+    if not judged:
         raise _no_table(where)
-    separator, mark = _format_of([line for _, line in rows[-_JUDGED:]])
-    cells = [(k, _cells(line, separator)) for k, line in rows]
-    wide = Counter(len(each) for _, each in cells).most_common(1)[0][0]
-    if wide > 1 and not any(each[-1] for _, each in cells if len(each) == wide):  # each line ends with a separator
-        wide -= 1
-        cells = [(k, each[:-1] if len(each) > wide else each) for k, each in cells]
-    first = next((i for i, (_, each) in enumerate(cells) if len(each) == wide and _share(each, mark) >= 0.5), None)
-    if first is None or len(cells) - first < 2:
+    shape = shape_of(judged)
+    heads, start = _heads(text, shape, where)
+    if shape.trailing and any(
+        len(cells) > shape.width for cells in heads
+    ):  # a column without a number, but with a name
+        shape = shape._replace(trailing=False, width=shape.width + 1)
+    rows = _Rows(shape, where)
+    for block in _blocks(text):
+        rows.add([(k, line) for k, line in block if k >= start])
+    if rows.count < 2:
         raise _no_table(where)
-    names = _names([each for _, each in cells[:first]], comments, separator, wide)
-    return _columns(names, cells[first:], mark, where)
+    return rows.table(names_above(heads, comments, shape))
 
 
 def _no_table(where: str) -> RecordingError:
     return RecordingError("holds no table", where=where, remedy="write a line of names, then a line per sample")
 
 
-def _format_of(lines: Sequence[str]) -> tuple[str | None, str]:
-    """Separator and decimal mark with which these lines are most numbers."""
-
-    def fits(form: tuple[str | None, str]) -> tuple[float, float]:
-        cells = [_cells(line, form[0]) for line in lines]
-        shares = [_share(each, form[1]) for each in cells]
-        return sum(shares), sum(share * len(each) for share, each in zip(shares, cells, strict=True))
-
-    return max(_FORMATS, key=fits)  # the first of those that are as good
-
-
-def _cells(line: str, separator: str | None) -> list[str]:
-    if separator is None:
-        return line.split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+def _blocks(text: str) -> Iterator[_Lines]:
+    """The lines with anything in them, with their numbers from 1, without Excel's that names the separator."""
+    end = "\n" if "\n" in text else "\r"
+    at, number = 0, 1
+    while at < len(text):
+        stop = text.find(end, min(at + _BLOCK, len(text)))
+        stop = len(text) if stop < 0 else stop + 1
+        lines = text[at:stop].splitlines()
+        first = 1 if at == 0 and lines and re.fullmatch(r"sep=.\s*", lines[0]) else 0
+        yield [(number + k, line) for k, line in enumerate(lines) if k >= first and line and not line.isspace()]
+        at, number = stop, number + len(lines)
 
 
-def _share(cells: Sequence[str], mark: str) -> float:
-    """How many of the cells that are not empty are numbers."""
-    filled = [cell for cell in cells if cell not in _MISSING]
-    return sum(_number(cell, mark) is not None for cell in filled) / max(len(filled), 1)
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(_COMMENTS)
 
 
-def _number(cell: str, mark: str) -> float | None:
-    """None: it is none; NaN: it is missing."""
+def _judged_lines(text: str) -> tuple[list[str], list[str]]:
+    """Some lines from all over the text but its beginning, where names are, and the comments."""
+    parts: list[list[str]] = []
+    comments: list[str] = []
+    for block in _blocks(text):
+        rows = [line for _, line in block if not _is_comment(line)]
+        if len(rows) < len(block):
+            comments += [line.strip().lstrip("#% ") for _, line in block if _is_comment(line)]
+        parts.append(rows[:: max(1, len(rows) // _JUDGED)])
+    parts = parts[:: max(1, len(parts) // 4)]
+    judged = [line for part in parts for line in part]
+    return judged[len(judged) // 4 :], comments
+
+
+def _heads(text: str, shape: Shape, where: str) -> tuple[list[list[str]], int]:
+    """(the cells of the lines before the numbers, the line with which these begin).  Raises RecordingError."""
+    heads: list[list[str]] = []
+    for block in _blocks(text):
+        for number, line in block:
+            if _is_comment(line):
+                continue
+            cells = _cells(number, line, shape, where)
+            if shape.is_row(cells):
+                return heads, number
+            heads.append(cells)
+        break
+    raise _no_table(where)
+
+
+def _cells(number: int, line: str, shape: Shape, where: str) -> list[str]:
     try:
-        return math.nan if cell in _MISSING else float(cell.replace("_", "?").replace(mark, "."))
-    except ValueError:
-        return None
+        return shape.cells(line)
+    except csv.Error as error:
+        remedy = "write a line of names, then a line per sample, each with a number in every cell"
+        why = f"line {number}: {error}"
+        raise RecordingError("is no table of numbers", where=where, why=why, remedy=remedy) from None
 
 
-def _names(heads: list[list[str]], comments: list[str], separator: str | None, wide: int) -> list[str]:
-    """The names of the columns, from the lines before the numbers, or else from the last comment that has as many."""
-    rows = [cells for cells in heads if len(cells) == wide]
-    if len(rows) > 1 and all(_UNITS_ROW.match(cell) for cell in rows[-1]):  # a line of units below that of names
-        return [f"{name} {unit}" for name, unit in zip(rows[-2], rows[-1], strict=True)]
-    if rows:
-        return rows[-1]
-    if heads and len(heads[-1]) == wide - 1:  # the column that counts the rows has no name, and no separator either
-        return ["", *heads[-1]]
-    for comment in reversed(comments):
-        for mark in (separator, ",", None):
-            found = _cells(comment, mark)
-            if len(found) == wide:
-                return found
-    return [str(k) for k in range(wide)]
+class _Rows:
+    """The numbers of a text, block by block."""
 
+    def __init__(self, shape: Shape, where: str) -> None:
+        self.shape, self.where, self.count = shape, where, 0
+        self._values: list[NDArray[np.float64]] = []
+        self._lines: list[NDArray[np.int32]] = []
+        self._texts: dict[int, tuple[int, str, int]] = {}  # of a column: how many, the first, its line
+        self._degrees: Counter[int] = Counter()
+        self._filled: Counter[int] = Counter()
 
-def _columns(names: list[str], rows: list[tuple[int, list[str]]], mark: str, where: str) -> Table:
-    """Without those of text.  Raises RecordingError for a line that is not like the others."""
-    values = np.empty((len(rows), len(names)))
-    texts: dict[int, tuple[int, str]] = {}  # of each column with text: how many cells, and the place of the first
-    for i, (line, cells) in enumerate(rows):
-        if len(cells) != len(names):
-            why = f"line {line} has {len(cells)}, the others {len(names)}"
-            remedy = "write as many in each line, separated alike"
-            raise RecordingError("lines have different numbers of columns", where=where, why=why, remedy=remedy)
-        for k, cell in enumerate(cells):
-            number = _number(cell, mark)
-            if number is None:
-                count, place = texts.get(k, (0, f"{cell!r} in line {line} is no number"))
-                texts[k], number = (count + 1, place), math.nan
-            values[i, k] = number
-    found: Table = {}
-    for k, name in enumerate(names):
-        count, place = texts.get(k, (0, ""))
-        if 0 < count < len(rows):
-            remedy = f"correct it; the column is {name!r}"
-            raise RecordingError("a line is no row of numbers", where=where, why=place, remedy=remedy)
-        counts_rows = k == 0 and name in _COUNTS_ROWS and (np.diff(values[:, 0]) == 1.0).all()
-        if count or counts_rows:
-            continue
-        called = name or f"column {k}"
-        if called in found:
-            remedy = "give every column a name of its own"
-            raise RecordingError(f"two columns are called {called!r}", where=where, remedy=remedy)
-        found[called] = values[:, k]
-    return found
+    def add(self, block: _Lines) -> None:
+        """Raises RecordingError for a line that is not like the others."""
+        rows = [(k, line) for k, line in block if not _is_comment(line)]
+        if not rows:
+            return
+        values = self._plain([line for _, line in rows])
+        self._values.append(self._any(rows) if values is None else values)
+        self._lines.append(np.array([k for k, _ in rows], dtype=np.int32))
+        self.count += len(rows)
 
-
-def octave_table(text: str, where: str) -> Table:
-    """The variables of a file that Octave wrote by `save -text`: matrices and scalars, others are left out.
-
-    A matrix of several rows and columns is (rows, columns).  Raises RecordingError.
-    """
-    found: Table = {}
-    for block in re.split(r"^# name: ", text, flags=re.MULTILINE)[1:]:
-        name, *lines = block.splitlines()
-        heads = dict(re.findall(r"^# (\w+): (.*)$", block, flags=re.MULTILINE))
-        kind = heads.get("type", "")
-        if kind not in ("matrix", "scalar"):
-            continue
-        numbers = " ".join(line for line in lines if not line.startswith("#"))
+    def _plain(self, lines: Sequence[str]) -> NDArray[np.float64] | None:
+        """Of a block in which every cell is a number; None: it is another."""
+        mark, separator, width = self.shape.mark, self.shape.separator, self.shape.width
+        if self.shape.trailing or any(sign in line for line in lines for sign in ('"', "_")):
+            return None
+        cells = [line.replace(mark, ".").split(separator) for line in lines]
+        if any(len(each) != width for each in cells):
+            return None
         try:
-            values = np.array(numbers.replace("NA", "nan").split(), dtype=np.float64)
-            shape = (1, 1) if kind == "scalar" else (int(heads["rows"]), int(heads["columns"]))
-            found[name.strip()] = vector_or_matrix(values.reshape(shape))
-        except (KeyError, ValueError) as error:
-            remedy = "save it again, as 2-D arrays of real numbers"
-            raise RecordingError(f"{name!r} cannot be read", where=where, why=str(error), remedy=remedy) from None
-    return only_arrays(found.items(), where)
+            flat = np.fromiter(map(float, chain.from_iterable(cells)), np.float64, len(cells) * width)
+        except ValueError:
+            return None
+        for k in range(width):
+            self._filled[k] += len(lines)
+        return flat.reshape(-1, width)
+
+    def _any(self, rows: _Lines) -> NDArray[np.float64]:
+        width, mark = self.shape.width, self.shape.mark
+        values = np.full((len(rows), width), np.nan)
+        for i, (line, text) in enumerate(rows):
+            cells = _cells(line, text, self.shape, self.where)
+            if len(cells) != width:
+                why = f"line {line} has {len(cells)}, the others {width}"
+                remedy = "write as many in each line, separated alike"
+                raise RecordingError(
+                    "lines have different numbers of columns", where=self.where, why=why, remedy=remedy
+                )
+            for k, cell in enumerate(cells):
+                number = number_in(cell, mark)
+                if number is None:
+                    count, first, place = self._texts.get(k, (0, cell, line))
+                    self._texts[k] = (count + 1, first, place)
+                elif cell not in MISSING:
+                    self._filled[k] += 1
+                    self._degrees[k] += cell.endswith(DEGREE)
+                    values[i, k] = number
+        return values
+
+    def table(self, names: Sequence[str]) -> Table:
+        """Without columns of text.  Raises RecordingError."""
+        values = np.concatenate(self._values)
+        self._values.clear()
+        found = Table()
+        found.lines = np.concatenate(self._lines)
+        for k, name in enumerate(names):
+            called = name or f"column {k}"
+            if called in found or called in found.left_out:
+                remedy = "give every column a name of its own, or its group's in the line above"
+                raise RecordingError(f"two columns are called {called!r}", where=self.where, remedy=remedy)
+            reason = self._no_numbers(k, called)
+            if reason:
+                found.left_out[called] = reason
+            elif k == 0 and _counts_rows(name, values[:, 0]):
+                found.left_out[called] = "it only counts the rows"
+            else:
+                found[called] = values[:, k]
+                if self._degrees[k]:
+                    found.units[called] = "deg"
+        return found
+
+    def _no_numbers(self, k: int, name: str) -> str:
+        """Why the column is none of numbers; empty: it is one.  Raises RecordingError for one that is so in part."""
+        count, cell, line = self._texts.get(k, (0, "", 0))
+        shown = repr(cell if len(cell) <= _SHOWN else f"{cell[:_SHOWN]}...")
+        remedy = f"correct it; the column is {name!r}"
+        if count == self.count or (count and not self._filled[k]):
+            return f"it holds text, {shown} in line {line}"
+        if count:
+            why = f"{shown} in line {line} is no number"
+            raise RecordingError("a line is no row of numbers", where=self.where, why=why, remedy=remedy)
+        if self._degrees[k] not in (0, self._filled[k]):
+            why = f"{self._degrees[k]} cells of {self._filled[k]} have a degree sign"
+            raise RecordingError("a column is in degrees in part", where=self.where, why=why, remedy=remedy)
+        return ""
 
 
-def vector_or_matrix(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A matrix of one row or column as (n,), any other as it is."""
-    return values.reshape(-1) if values.ndim == 2 and 1 in values.shape else values
-
-
-def only_arrays(variables: Iterable[tuple[str, NDArray[np.float64]]], where: str) -> Table:
-    """Without scalars.  Raises RecordingError if nothing is left."""
-    found = {name: each for name, each in variables if each.size > 1}
-    if not found:
-        remedy = "save time and signal as arrays of numbers, as save('own.mat', 'time_s', 'phi_rad'); no table objects"
-        raise RecordingError("holds no array of numbers", where=where, remedy=remedy)
-    return found
+def _counts_rows(name: str, values: NDArray[np.float64]) -> bool:
+    if not (np.diff(values) == 1.0).all():
+        return False
+    return name.lower() in _COUNTS_ROWS or (name.lower() in _COUNTERS and values[0] in (0.0, 1.0))

@@ -47,6 +47,7 @@ _SYMBOLS: dict[str, tuple[float, Powers]] = {
     "d": (86400.0, (0, 0, 1, 0, 0)),
     "deg": (math.pi / 180.0, (0, 0, 0, 0, 1)),
     "°": (math.pi / 180.0, (0, 0, 0, 0, 1)),
+    "turn": (2.0 * math.pi, (0, 0, 0, 0, 1)),
     "%": (1e-2, _ONE),
     **dict.fromkeys(("1", "counts", "count", "samples", "sample", "dimensionless"), (1.0, _ONE)),
 }
@@ -66,6 +67,7 @@ _NAMES = {
     **dict.fromkeys(("minute", "min"), "min"),
     **dict.fromkeys(("hour", "hr"), "h"),
     "day": "d",
+    **dict.fromkeys(("turn", "revolution"), "turn"),
     "khz": "kHz",
 }
 """By name in small letters, with or without the s of a plural."""
@@ -96,6 +98,17 @@ def conversion(found: str, wanted: str) -> Conversion | None:
         return None
     short = float(f"{factor / one:.6g}")  # 1e-3 / 1e-9 is 1000000.0000000001
     return Conversion(short if math.isclose(short, factor / one, rel_tol=1e-15) else factor / one)
+
+
+def is_unit(text: str) -> bool:
+    """Is it a unit that is known here?"""
+    return bool(text.strip()) and (_parsed(text) is not None or text.strip().lower() in _KELVIN)
+
+
+def is_dimensionless(text: str) -> bool:
+    """Is it a unit of a plain number, as `%` and `counts`?"""
+    found = _parsed(text)
+    return found is not None and found[1] == _ONE
 
 
 def _parsed(text: str) -> tuple[float, Powers] | None:
@@ -156,6 +169,6 @@ def _symbol(text: str) -> tuple[float, Powers] | None:
 def _prefixed(text: str) -> tuple[float, Powers] | None:
     for symbol, (factor, powers) in _PREFIXED.items():
         scale = _PREFIXES.get(text.removesuffix(symbol)) if text.endswith(symbol) else None
-        if scale is not None:
+        if scale is not None and not (symbol == "rad" and scale > 1.0):  # Grad are degrees or gons, and no giga-radians
             return scale * factor, powers
     return None

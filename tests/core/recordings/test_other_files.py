@@ -36,7 +36,7 @@ def test_so_is_one_of_a_table(tmp_path: Path) -> None:
     ("begin", "says"),
     [
         (b"\x1f\x8b\x08", "packed by gzip.*gunzip"),
-        (b"MATLAB 5.0 MAT-file", "save it with -v7.3"),
+        (b"MATLAB 5.0 MAT-file", "let its name end in .mat"),
         (b"version https://git-lfs.github.com/spec/v1\n", "git lfs pull"),
         (b"CDF\x01", "nccopy"),
         (b"<html>", "signature is missing"),
