@@ -276,7 +276,9 @@ def _factor(said: str | None, wanted: str, where: str, key: str) -> float:
 def _no_unit(name: str, said: str | None, path: Path, key: str, wanted: str) -> RecordingError:
     what = f"the unit of the column {name!r} is not known" if not said else f"the column {name!r} is in {said!r}"
     line = f"the line {key} = 'UNIT' besides time and signal"
-    remedy = f"call the column `{name} [UNIT]`, or write {path.name}.toml with {line}, as platform-daemon info shows it"
+    brackets = _BRACKETS.match(name)
+    stem = brackets[1] if said and brackets else name
+    remedy = f"call the column `{stem} [UNIT]`, or write {path.name}.toml with {line}, as platform-daemon info shows it"
     return RecordingError(what, where=str(path), why=f"it must be {wanted}, or be converted to that", remedy=remedy)
 
 

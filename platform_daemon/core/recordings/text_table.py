@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import codecs
 import csv
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -109,14 +110,23 @@ def _judged_lines(text: str) -> tuple[list[str], list[str]]:
 def _heads(text: str, shape: Shape, where: str) -> tuple[list[list[str]], int]:
     """(the cells of the lines before the numbers, the line with which these begin).  Raises RecordingError."""
     heads: list[list[str]] = []
+    named, damaged = False, ""
     for block in _blocks(text):
         for number, line in block:
             if _is_comment(line):
                 continue
             cells = _cells(number, line, shape, where)
             if shape.is_row(cells):
+                if named and damaged:
+                    remedy = "correct it; a line of names stands before it"
+                    raise RecordingError("a line is no row of numbers", where=where, why=damaged, remedy=remedy)
                 return heads, number
             heads.append(cells)
+            if len(cells) != shape.width:
+                continue
+            numbers = [each is not None and not math.isnan(each) for each in (number_in(c, shape.mark) for c in cells)]
+            named = named or not any(numbers)
+            damaged = f"line {number} has a number, and a cell that is none" if any(numbers) else ""
         break
     raise _no_table(where)
 
