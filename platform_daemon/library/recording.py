@@ -53,7 +53,7 @@ class Recording:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What must be known of it, as holes in its time and samples that were sorted."""
+        """What must be known of it, as holes in its time and samples that were sorted or interpolated."""
         return (*self.measurement.notes, *self.measurement.signal(0).notes)
 
     def usable_frame(self) -> int:
@@ -161,7 +161,7 @@ def from_arrays(
     """A recording from arrays: one of dmdt, voltage and angle_rad, which begin when the excitation has ended.
 
     Args:
-        time_s: (n,) s, in even steps.
+        time_s: (n,) s, without holes; where it leaves an even clock the samples are interpolated, and a note says so.
         dmdt: (3, n) or (frames, 3, n), A m^2/s on the world axes x, y, z.
         voltage: (channels, n) or (frames, channels, n), V.
         angle_rad: (n,), rad.

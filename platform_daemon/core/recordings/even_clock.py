@@ -4,11 +4,13 @@ Analyses know one sampling rate.  Stamps that stray from the best even clock (th
 against number) by more than their rounding and by more than a thousandth of a step are followed: the samples are
 interpolated at even times by a spline of fifth degree.  Two things must be kept apart from that: stamps that are
 rounded, and stamps that scatter while the samples are even, as a computer writes them that was busy; samples that are
-smoother without the scatter of their stamps do not follow it.
+smoother if they are taken as even do not follow such stamps.  Where scatter and a drift come together the stamps are
+followed: their scatter makes the errors of a fit larger, and a drift that is guessed would make it wrong.
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -21,9 +23,10 @@ _MATTERS = 1e-3  # of a step
 _FEWEST_PER_PERIOD = 6.0  # samples; a spline through fewer is no signal
 _DEGREE = 5
 _ROUGH = 4  # differences in a row: a swing nearly vanishes in them, noise does not
-_SMOOTHER = 0.7  # roughness without the scatter of the stamps over that with it: the samples do not follow the scatter
-_WINDOWS = 8  # of the slow part of the deviation; cubics, so about 24 parameters
-_SLOW_PARAMETERS = 24
+_SMOOTHER = 0.7  # roughness of the samples as they are over that at their stamps: they do not follow these
+_HALF_UNIT = 0.52  # of the last digit: by how much rounding moves a stamp, and what arithmetic adds
+_STRETCHES = 500
+_PIECES = 16  # cubics of the slow part of the deviation
 _LOOKED_AT = 2000  # stamps whose digits are counted
 _MOST_DIGITS = 15  # a number of 64 bits holds no more
 _UNITS = (1.0, 60.0, 3600.0, 86400.0, 1e-3, 1e-6, 1e-9)  # s, in which a file may have written its stamps
@@ -46,21 +49,16 @@ def evened(time_s: Floats, samples: Floats, where: str) -> Evened:
     n = time_s.size
     step_s = float(time_s[-1] - time_s[0]) / (n - 1)
     left = deviation_s(time_s)
-    least = max(rounding_s(time_s), _MATTERS * step_s)
     most = float(np.abs(left).max())
-    if most <= least or not np.isfinite(samples).all():
+    if most <= _MATTERS * step_s or _is_rounding(left, rounding_s(time_s)) or not np.isfinite(samples).all():
         return Evened(samples, _step_of_line(time_s))
     _refuse_coarse(samples, most, step_s, where)
     told = f"the times leave an even clock by up to {1e3 * most:.3g} ms, {most / step_s:.2g} of a step"
-    slow = _slow_part(left)
-    follows = _interpolated(time_s, samples)
-    smooth = _interpolated(time_s - left + slow, samples) if float(np.abs(slow).max()) > least else Evened(samples, 0.0)
-    if _roughness(smooth.samples) >= _SMOOTHER * _roughness(follows.samples):
-        return follows._replace(remark=f"{told}; the samples were interpolated at even times")
-    scatter = f"{told}, and the samples do not follow their scatter, being smoother without it"
-    if smooth.step_s == 0.0 or _is_chance(slow, left - slow):
-        return Evened(samples, _step_of_line(time_s), f"{scatter}: they were taken as even")
-    return smooth._replace(remark=f"{scatter}: they were interpolated at even times by the slow drift alone")
+    found = _interpolated(time_s, samples)
+    if _is_scatter(left) and _roughness(samples) < _SMOOTHER * _roughness(found.samples):
+        remark = f"{told}, but the samples are smoother without that, and were taken as even"
+        return Evened(samples, _step_of_line(time_s), remark)
+    return found._replace(remark=f"{told}; the samples were interpolated at even times")
 
 
 def deviation_s(time_s: Floats) -> Floats:
@@ -125,15 +123,41 @@ def _interpolated(time_s: Floats, samples: Floats) -> Evened:
 
 
 def _slow_part(left: Floats) -> Floats:
-    from scipy.signal import savgol_filter
+    from scipy.interpolate import make_lsq_spline
 
-    return np.asarray(savgol_filter(left, max(left.size // _WINDOWS, 8) | 1, 3), dtype=np.float64)
+    number = np.arange(left.size, dtype=np.float64)
+    ends = np.linspace(0.0, number[-1], _PIECES + 1)
+    knots = np.concatenate([np.repeat(ends[0], 3), ends, np.repeat(ends[-1], 3)])
+    return np.asarray(make_lsq_spline(number, left, knots, k=3)(number), dtype=np.float64)
 
 
-def _is_chance(slow: Floats, scatter: Floats) -> bool:
-    """Scatter alone leaves as much in the slow part."""
-    by_chance = float(np.std(scatter)) * np.sqrt(_SLOW_PARAMETERS / slow.size)
+def _is_scatter(left: Floats) -> bool:
+    """Its slow part is no larger than scatter alone leaves there."""
+    slow = _slow_part(left)
+    by_chance = float(np.std(left - slow)) * np.sqrt((_PIECES + 3) / slow.size)
     return bool(np.std(slow) < 2.0 * by_chance)
+
+
+def _is_rounding(left: Floats, unit_s: float) -> bool:
+    """Is there any even clock of which these stamps are, rounded or cut to this unit?
+
+    All of them are within half a unit of some line, then, which need not be that of least squares; the line for which
+    the largest distance is least tells, found for the farthest stamps of each stretch.
+    """
+    from scipy.optimize import linprog
+
+    most = float(np.abs(left).max())
+    if most <= 0.5 * unit_s or most > 2.0 * unit_s:
+        return most <= 0.5 * unit_s
+    edges = np.linspace(0, left.size, min(left.size, _STRETCHES) + 1).astype(np.intp)
+    far = [lo + pick(left[lo:hi]) for lo, hi in pairwise(edges) for pick in (np.argmin, np.argmax)]
+    place, value = np.array(far) / left.size, left[far] / unit_s
+    ones = np.ones(place.size)
+    upper = np.column_stack([-ones, -place, -ones])  # value - (a + b place) <= distance
+    lower = np.column_stack([ones, place, -ones])
+    limits = np.concatenate([-value, value])
+    line = linprog([0.0, 0.0, 1.0], A_ub=np.vstack([upper, lower]), b_ub=limits, bounds=(None, None))
+    return line.fun is not None and bool(line.fun <= _HALF_UNIT)
 
 
 def _roughness(samples: Floats) -> float:
