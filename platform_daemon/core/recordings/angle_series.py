@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from .even_clock import evened
 from .hdf5 import Hdf5File, open_hdf5
 from .time_column import even_stretch, fault_of, order_of
-from .unit_conversion import conversion
+from .unit_conversion import conversion, is_dimensionless
 
 _TIME, _SIGNAL = "/time", "/signal"
 _MOST_SAMPLES = (0.01, 0.99)  # a spike is no swing
+_PLAIN = ("1", "dimensionless")  # units without dimension in which an angle is in radians
 _TURN = 2.0 * np.pi
 _JUMP = 5.0  # usual steps by which a jump of the angle may differ from a turn
 _FEWEST = 64  # samples in the longest even stretch
@@ -98,7 +99,10 @@ def _angle(source: Hdf5File) -> NDArray[np.float64]:
     if rows is None or rows.ndim != 2 or rows.shape[0] != 1 or rows.dtype.kind == "c":
         seen, remedy = _no_angle(values)
         raise source.defect(seen, _SIGNAL, "one angle, shape (1, n)", remedy)
-    if source.units(_SIGNAL):
+    units = source.units(_SIGNAL)
+    if units and is_dimensionless(units) and units.strip() not in _PLAIN:
+        raise source.defect(f"is in {units!r}", _SIGNAL, "an angle in rad or deg", "convert it to an angle")
+    if units:
         change = source.conversion(_SIGNAL, "rad")
     else:
         change = source.conversion("/", "rad")

@@ -153,6 +153,7 @@ def read_columns(path: Path, columns: Columns | None = None) -> Recording | Angl
     units = {name: columns.unit or _unit_of(table, name) for name in names}
     quantity, signal = _signal({name: _column(table, name, path) for name in names}, stamps.size, units, path)
     _refuse_missing(table, (time, *names), path)
+    _refuse_signs(table, names, columns.unit, path)
     if quantity == "angle" and signal.ndim == 2 and signal.shape[0] > 1 and signal.shape[1] == stamps.size:
         raise _several_angles([each for name in names for each in _parts(name, _column(table, name, path))], path)
     read = signal_of(time_s, signal, quantity, where=str(path))
@@ -202,7 +203,7 @@ def quantity_of(unit: str | None) -> Quantity | None:
 def _signals_there(table: Table, time: str, unit: str | None, path: Path) -> tuple[str, ...]:
     """The same as _signal_names.  Raises RecordingError if one that may be meant holds no real numbers."""
     for name in table.left_out:
-        if name in table.complex_names or quantity_of(_unit_in(name)):
+        if name in table.complex_names or quantity_of(_unit_in(name)) or _ANGLE.search(name):
             raise _no_numbers(name, table, path)
     names = _signal_names(table, time, unit)
     if names:
@@ -217,6 +218,15 @@ def _several_angles(names: Sequence[str], path: Path) -> RecordingError:
     line = f"signal = [{json.dumps(names[0], ensure_ascii=False)}]"
     remedy = f"choose one by the line {line} in {path.name}.toml"
     return RecordingError(f"{len(names)} columns are angles: {shown}", where=str(path), why=_ONE_ANGLE, remedy=remedy)
+
+
+def _refuse_signs(table: Table, names: Sequence[str], unit: str | None, path: Path) -> None:
+    """Raises RecordingError for numbers with degree signs that are said to be in another unit."""
+    for name in names:
+        said, cells = unit or _unit_in(name), table.units.get(name)
+        if table.lines is not None and cells and said and conversion(said, "rad") != conversion(cells, "rad"):
+            what = f"the numbers of the column {name!r} have degree signs, and are said to be in {said!r}"
+            raise RecordingError(what, where=str(path), remedy="say one unit: leave the signs out, or say deg")
 
 
 def _refuse_missing(table: Table, names: Sequence[str], path: Path) -> None:

@@ -96,6 +96,8 @@ def test_many_holes_are_no_other_rate(tmp_path):
         (np.arange(200.0), np.zeros((200, 1)), "rad", "transpose"),
         (np.arange(200.0), np.zeros(200, complex), "rad", "complex"),
         (np.arange(200.0), np.zeros(200), "V", "units"),
+        (np.arange(200.0), np.zeros(200), "%", "is in '%'.*an angle in rad or deg"),
+        (np.arange(200.0), np.zeros(200), "counts", "is in 'counts'.*an angle in rad or deg"),
         (np.full(200, np.nan), np.zeros(200), "rad", "200 values that are not finite, the first at sample 0"),
         (np.zeros(200), np.zeros(200), "rad", "repeats: sample 1 .* 198 more"),
     ],

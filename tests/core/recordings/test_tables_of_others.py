@@ -99,6 +99,7 @@ REFUSED = {
     "missing cells": (rows(TA, "time_s,phi_deg") + "6.000,\n6.010,\n6.020,1\n", ["2 cells", "'phi_deg'", "line 602"]),
     "missing times": (rows(TA, "time_s,phi_deg") + ",1.0\n6.010,1\n", ["a cell", "'time_s'", "line 602"]),
     "degrees in part": (rows(TA, "time_s,phi_deg") + "6.0,1.0°\n", ["'phi_deg'", "1 cells of 601 have a degree sign"]),
+    "degrees in rad": (rows("{t:.3f},{a:.6f}°", "time_s,phi_rad"), ["'phi_rad' have degree signs", "'rad'"]),
     "a damaged first row": ("time_s,phi_deg\n0.0,x\n" + rows(TA), ["line 2 has a number, and a cell that is none"]),
     "a huge cell": (rows(TA, 'time_s,"phi_deg"') + '6.0,"' + 200_000 * "1" + '"\n', ["line 602", "field limit"]),
     "a huge cell without quotes": (rows(TA, "time_s,phi_deg") + "6.0," + 200_000 * "x" + "\n", ["xxx..."]),
