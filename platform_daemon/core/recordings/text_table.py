@@ -69,6 +69,7 @@ def text_table(content: bytes, where: str) -> Table:
         rows.add([(k, line) for k, line in block if k >= start])
     if rows.count < 2:
         raise _no_table(where)
+    del text  # a long one takes more memory than its numbers, which are doubled for a moment now
     return rows.table(names_above(heads, comments, shape))
 
 
