@@ -27,6 +27,8 @@ class Fluctuation:
     seen_square: float = 1e-6  # of a direction of the noise, below which a formula for it loses digits [digits]
     most_steps: int = 20  # of a course's fit [cost]
     settled_chi2: float = 0.3  # fall of chi^2 over the excess at which it ends [unset]
+    # Fall at which fits end that have a course beside them: to first order the course moves chi^2 by 1 to 100 [unset]
+    fitted_chi2: float = 3.0
     smallest_fraction: float = 1e-3  # of a step [cost]
     shortening: float = 0.4  # of a step that goes up [unset]
     curvature_step: float = 0.05  # in the logarithms of size and correlation time [digits]

@@ -17,7 +17,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from platform_daemon.diagnosis.shots.shot import PreparedShot
-from platform_daemon.diagnosis.shots.torque_course import ProcessNoise
+from platform_daemon.diagnosis.shots.torque_course import ProcessNoise, SplitNoise
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
@@ -26,7 +26,7 @@ from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryE
 
 from .hypothesis import Hypothesis
 from .information import solved
-from .joint_fit import JointFit
+from .joint_fit import JointFit, settled_chi2
 from .linearised_shot import LinearisedShot, common_information, linearise_shot
 from .prediction import own_sizes, predicted, window_of
 
@@ -274,12 +274,13 @@ def _fitted(
     prior = np.zeros((mean.size, hypothesis.reduced(state).size))
     prior[np.arange(mean.size), places] = 1.0 / sd
     linear, change = linearise_shot(prepared, hypothesis, state, strengths), np.zeros(mean.size)
-    chi2 = _penalised(linear, keep, (mean - change) / sd)
+    part, enough = _Part.of(linear, keep), settled_chi2(state)
+    chi2 = part.chi2(linear, (mean - change) / sd)
     for _ in range(_LIMITS.prediction_steps):
-        columns = np.concatenate([_parts(linear, linear.base(), keep)[0], prior])
-        residual = np.concatenate([_parts(linear, linear.residual, keep)[0], (mean - change) / sd])
+        columns = np.concatenate([part.used(linear.base()), prior])
+        residual = np.concatenate([part.used(linear.residual), (mean - change) / sd])
         step, fall = least_squares_step(columns, residual)
-        if fall < _LIMITS.settled_chi2:
+        if fall < enough:
             break
         for fraction in _LIMITS.prediction_fractions:
             moved = state.moved(fraction * step)
@@ -287,12 +288,13 @@ def _fitted(
                 trial = linearise_shot(prepared, hypothesis, moved, strengths)
             except LostTrajectoryError:
                 continue
-            there = _penalised(trial, keep, (mean - change - fraction * step[places]) / sd)
+            further = _Part.of(trial, keep)
+            there = further.chi2(trial, (mean - change - fraction * step[places]) / sd)
             if there < chi2:
                 break
         else:
             break
-        linear = trial
+        linear, part = trial, further
         state = moved
         chi2 = there
         change = change + fraction * step[places]
@@ -307,27 +309,39 @@ def _uncertain(linear: LinearisedShot, keep: np.ndarray, known: Array) -> float:
     columns = np.concatenate([linear.base(), linear.columns], axis=1)
     norm = np.linalg.norm(columns, axis=0)
     norm[norm == 0.0] = 1.0  # these samples tell nothing of it
-    used, predicted = _parts(linear, columns / norm, keep)
+    part = _Part.of(linear, keep)
+    used, predicted = part.used(columns / norm), part.predicted(columns / norm)
     before = np.linalg.qr(np.concatenate([used, known / norm]), mode="r")
     wide = np.concatenate([predicted, before])
-    target = np.concatenate([_parts(linear, linear.residual, keep)[1], np.zeros(len(before))])
+    target = np.concatenate([part.predicted(linear.residual), np.zeros(len(before))])
     step = np.linalg.lstsq(wide, target, rcond=_LIMITS.error_rank)[0]
     return float(target @ (wide @ step))
 
 
-def _parts(linear: LinearisedShot, rows: Array, keep: np.ndarray) -> tuple[Array, Array]:
-    """Rows (rows, ...) that are kept, and the others given those."""
-    process = linear.linearisation.process
-    if process is None or keep.all():
-        return rows[keep], rows[~keep]
-    kept, rest, _ = process.split(rows.T, keep)
-    return kept.T, rest.T
+@dataclass(frozen=True)
+class _Part:
+    """Which rows of a shot are known; split: what their noise says about the others, None: nothing."""
 
+    keep: np.ndarray
+    split: SplitNoise | None
 
-def _penalised(linear: LinearisedShot, keep: np.ndarray, miss: Array) -> float:
-    """chi^2 of the kept rows and of what is known."""
-    rows = _parts(linear, linear.residual, keep)[0]
-    return float(rows @ rows + miss @ miss)
+    @classmethod
+    def of(cls, linear: LinearisedShot, keep: np.ndarray) -> _Part:
+        process = linear.linearisation.process
+        return cls(keep, None if process is None or keep.all() else process.split_at(keep))
+
+    def used(self, rows: Array) -> Array:
+        """The known ones of rows (rows, ...) in units of their noise."""
+        return rows[self.keep] if self.split is None else self.split.first(rows.T).T
+
+    def predicted(self, rows: Array) -> Array:
+        """The others, given those."""
+        return rows[~self.keep] if self.split is None else self.split.rest(rows.T)[0].T
+
+    def chi2(self, linear: LinearisedShot, miss: Array) -> float:
+        """Of the known rows and of what is known besides."""
+        rows = self.used(linear.residual)
+        return float(rows @ rows + miss @ miss)
 
 
 def _scored(
@@ -371,7 +385,7 @@ def _scored_beside_course(
 ) -> HeldOutScore:
     """Of all instants that are not kept; of the torque's course there, what the kept ones say about it is known."""
     at = linear.linearisation
-    _, rest, left = process.split(linear.residual, keep)
+    rest, left = process.split_at(keep).rest(linear.residual)
     sizes = at.prepared.white.scale.reshape(-1)[~keep]
     data = (at.prepared.data - at.state.offsets[:, None]).reshape(-1)[~keep]
     return HeldOutScore(

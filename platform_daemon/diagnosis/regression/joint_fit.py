@@ -15,6 +15,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from platform_daemon.diagnosis.shots.shot import PreparedShot
+from platform_daemon.diagnosis.shots.torque_course import course_of
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
@@ -100,6 +101,12 @@ def noise_factor(chi2_per_dof: float, left: Iterable[tuple[float, Callable[[], f
     return chi2_per_dof * sum(chi2 * each for chi2, each in pairs) / sum(chi2 for chi2, _ in pairs)
 
 
+def settled_chi2(state: FitState) -> float:
+    """Predicted fall of chi^2 at which a fit ends: beside the course of a torque, that moves chi^2 by more itself."""
+    beside = course_of(state) is not None
+    return THRESHOLDS.fluctuation.fitted_chi2 if beside else _LIMITS.settled_chi2
+
+
 def fit_jointly(
     prepared: Sequence[PreparedShot],
     hypothesis: Hypothesis,
@@ -125,7 +132,7 @@ def fit_jointly(
         before = at.chi2
         if before - _LIMITS.hope_ratio * predicted > worth or (poor >= _LIMITS.most_poor_steps and before > worth):
             break
-        if predicted < _LIMITS.settled_chi2 * max(1.0, before / sum(s.dof for s in prepared)):
+        if predicted < settled_chi2(at.states[0]) * max(1.0, before / sum(s.dof for s in prepared)):
             break
         better = _line_search(prepared, hypothesis, at, common, pool)
         if better is None:

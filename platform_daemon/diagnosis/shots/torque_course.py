@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -39,39 +40,25 @@ class ProcessNoise:
     @classmethod
     def of(cls, answers: Array, root: Array) -> ProcessNoise:
         """Of the answers of rows to the knots of a course, (knots, rows); root: of the knots' covariance."""
-        columns = answers.T @ root
-        squares, vectors = np.linalg.eigh(columns.T @ columns)
+        squares, vectors = np.linalg.eigh(root.T @ (answers @ answers.T) @ root)
         seen = squares > np.finfo(float).eps * squares[-1] * squares.size
-        sizes, vectors = np.sqrt(squares[seen]), vectors[:, seen]
-        return cls(columns @ vectors / sizes, sizes, root @ vectors)
+        sizes, knots = np.sqrt(squares[seen]), root @ vectors[:, seen]
+        return cls(answers.T @ (knots / sizes), sizes, knots)
 
     def taken_out(self, rows: Array) -> Array:
         """Rows (..., rows) times (1 + U s^2 U^T)^(-1/2): the covariance of what is left is 1."""
         less = 1.0 - 1.0 / np.sqrt(1.0 + self.sizes**2)
         return np.asarray(rows - ((rows @ self.directions) * less) @ self.directions.T)
 
-    def split(self, rows: Array, kept: np.ndarray) -> tuple[Array, Array, Array]:
-        """Rows (..., rows) from which the noise was taken out, as known and predicted ones; kept: bool, the known ones.
-
-        Returns the known rows without the noise, the others without the noise that is left when the known ones are
-        known, and the others in units of the white noise, less what the known ones say about them.
-        """
-        z = rows + ((rows @ self.directions) * (np.sqrt(1.0 + self.sizes**2) - 1.0)) @ self.directions.T
+    def split_at(self, kept: np.ndarray) -> SplitNoise:
+        """What the noise of the kept rows says about that of the others; kept: bool (rows,)."""
         columns = self.directions * self.sizes
         known, other = columns[kept], columns[~kept]
         squares, vectors = np.linalg.eigh(known.T @ known)
         squares = np.maximum(squares, 0.0)
-        rotated = known @ vectors
-        along = z[..., kept] @ rotated
-        part = 1.0 - 1.0 / np.sqrt(1.0 + squares)
-        inside = np.divide(
-            part, squares, out=0.5 * np.ones_like(part), where=squares > THRESHOLDS.fluctuation.seen_square
+        return SplitNoise(
+            whole=self, kept=kept, squares=squares, known=known @ vectors, left=other @ vectors / np.sqrt(1.0 + squares)
         )
-        first = z[..., kept] - (along * inside) @ rotated.T
-        left = other @ vectors / np.sqrt(1.0 + squares)
-        expected = (along / np.sqrt(1.0 + squares)) @ left.T
-        rest = z[..., ~kept] - expected
-        return first, ProcessNoise.of(left.T, np.eye(left.shape[1])).taken_out(rest), rest
 
     def likeliest(self, taken_out: Array) -> Array:
         """The likeliest course (knots,), and steps of the amplitude after it.
@@ -79,6 +66,48 @@ class ProcessNoise:
         taken_out: (rows,) from which the noise was taken out.
         """
         return np.asarray(self.knots @ (self.sizes / np.sqrt(1.0 + self.sizes**2) * (taken_out @ self.directions)))
+
+
+@dataclass(frozen=True)
+class SplitNoise:
+    """The noise by a course in rows that are known, and what of it is left in the others when those are known.
+
+    Attributes:
+        whole: of all rows; kept: bool (rows,), the known ones.
+        known: (kept, d) its orthogonal columns in the known rows, with their squares (d,).
+        left: (others, d) columns of what is left in the others.
+    """
+
+    whole: ProcessNoise
+    kept: np.ndarray
+    squares: Array
+    known: Array
+    left: Array
+
+    def first(self, rows: Array) -> Array:
+        """The known ones of rows (..., rows) from which the whole noise was taken out, without their own noise."""
+        z, along = self._white(rows)
+        part = 1.0 - 1.0 / np.sqrt(1.0 + self.squares)
+        inside = np.divide(
+            part, self.squares, out=0.5 * np.ones_like(part), where=self.squares > THRESHOLDS.fluctuation.seen_square
+        )
+        return np.asarray(z[..., self.kept] - (along * inside) @ self.known.T)
+
+    def rest(self, rows: Array) -> tuple[Array, Array]:
+        """The others without the noise that is left in them, and in units of the white noise, less what is known."""
+        z, along = self._white(rows)
+        left = z[..., ~self.kept] - (along / np.sqrt(1.0 + self.squares)) @ self.left.T
+        return self._of_rest.taken_out(left), left
+
+    @cached_property
+    def _of_rest(self) -> ProcessNoise:
+        return ProcessNoise.of(self.left.T, np.eye(self.left.shape[1]))
+
+    def _white(self, rows: Array) -> tuple[Array, Array]:
+        """Rows in units of the white noise, with that by the course, and the known ones along their columns."""
+        at = self.whole
+        z = rows + ((rows @ at.directions) * (np.sqrt(1.0 + at.sizes**2) - 1.0)) @ at.directions.T
+        return z, z[..., self.kept] @ self.known
 
 
 _DRY = (HERTZ_FRICTION, HERTZ_FRICTION_UNDER_WEIGHT, COULOMB_FRICTION)
