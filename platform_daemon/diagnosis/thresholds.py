@@ -29,6 +29,7 @@ class Shots:
     # share of the first amplitude to which a shot is fitted; below, a rotor may stick [unset]
     kept_amplitude: float = 0.12
     first_part: int = 8  # a fit that finds no minimum begins with one part in so many of an angle's window [A]
+    spring_share: float = 0.1  # of a pendulum's chi^2, below which an angle is that of a linear spring [unset]
     beginning_s: float = 0.1  # of a rotor's shot in which one angle is near enough to begin with [unset]
     stray_ratio: float = 3.0  # of two frequencies: a trial step that leads further away is refused [A]
     kept_bases: int = 2  # linearised states of a shot that are cached, some megabytes each [cost]

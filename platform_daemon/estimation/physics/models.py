@@ -173,7 +173,10 @@ class RingDownModel:
 
 _DRY = ("jewel_constant_friction",)
 THREAD = RingDownModel(
-    "thread", (MAGNETIC_RESTORING, VISCOUS_DAMPING), alternatives=("jewel",), alternatives_of_angle=_DRY
+    "thread",
+    (MAGNETIC_RESTORING, VISCOUS_DAMPING),
+    alternatives=("jewel",),
+    alternatives_of_angle=(*_DRY, "thread_small_angle"),
 )
 JEWEL = RingDownModel("jewel", (MAGNETIC_RESTORING, VISCOUS_DAMPING, HERTZ_FRICTION), alternatives_of_angle=_DRY)
 _MODELS = (

@@ -15,12 +15,14 @@ from platform_daemon.diagnosis.diagnose import Diagnosis, DiagnosisError, diagno
 from platform_daemon.diagnosis.report_schema import RecordedSources
 from platform_daemon.diagnosis.selection.data_integrity import DataDefect
 from platform_daemon.diagnosis.selection.stepwise import ProgressCallback
+from platform_daemon.diagnosis.shots.restoring_law import is_of_spring
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.estimation.noise.series import SeriesNoise
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 from platform_daemon.features.fit.measurement import (
     PENDULUM,
+    SPRING,
     AngleMeasurement,
     Calibration,
     Measurement,
@@ -100,8 +102,6 @@ def load_diagnosis_input(
     """
     measurements, chosen = _opened(files, base or model, observable, calibration)
     loaded = LoadedShots([], [], [*_doubts(measurements), *notes_of(chosen)])
-    if isinstance(measurements[0], AngleMeasurement) and not (base or model):
-        loaded.notes.append(f"no variant was named: the declared model is {PENDULUM}, a pendulum with viscous damping")
     loaded.notes += [f"{m.path}: {m.other_layout}" for m in measurements if m.other_layout]
     angles = [m for m in measurements if isinstance(m, AngleMeasurement)]
     shared = SeriesNoise()
@@ -116,7 +116,9 @@ def load_diagnosis_input(
             taken, said = taken_frames(m, (frames or {}).get(m.path), (steps or {}).get(m.path))
             recorded.append((m, taken))
             loaded.notes += said
-    declared = model_of(chosen).under_weight(measurements[0].weight_over_pull())
+    unnamed = bool(angles) and not (base or model)
+    declared = _of_pendulum_or_spring(loaded) if unnamed else model_of(chosen)
+    declared = declared.under_weight(measurements[0].weight_over_pull())
     for (one, numbers), searched in zip(recorded, searched_frames(recorded), strict=True):
         add_frames(one, numbers, searched, declared.name, loaded)
     if loaded.further:
@@ -126,6 +128,19 @@ def load_diagnosis_input(
         )
     specimen = _specimen(loaded, declared, tuple(m.path for m in measurements))
     return replace(specimen, sources={one.path: one.value_sources(numbers) for one, numbers in recorded})
+
+
+def _of_pendulum_or_spring(loaded: LoadedShots) -> RingDownModel:
+    """The declared model of angles for which nobody named one, with a note."""
+    pendulum, spring = model_of(PENDULUM), model_of(SPRING)
+    if is_of_spring(loaded.shots, pendulum, spring):
+        loaded.notes.append(
+            f"no variant was named: the declared model is {SPRING}, a linear spring with viscous damping, which leaves "
+            f"far less than a pendulum, {PENDULUM}"
+        )
+        return spring
+    loaded.notes.append(f"no variant was named: the declared model is {PENDULUM}, a pendulum with viscous damping")
+    return pendulum
 
 
 def check_diagnosis_input(

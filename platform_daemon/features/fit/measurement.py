@@ -37,6 +37,7 @@ from .known_weight import recorded_weight_over_pull
 from .noise import recording_noise
 
 PENDULUM = "thread"  # of which an angle is taken unless a variant is named
+SPRING = "thread_small_angle"  # the same with a linear restoring torque
 UNCALIBRATED = "no calibration: only voltage-domain quantities can be estimated (f_nat, lambda, T_f/I, phi_max, psi)"
 Calibration = tuple[ReceiveCalibration, str]
 """One in the place of a file's own, and where it came from."""

@@ -5,6 +5,7 @@ import re
 import h5py
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from drivers.errors import InputError, RecordingError
 from platform_daemon.core.recordings.reader import open_recording
@@ -32,6 +33,24 @@ def test_angle_files_are_recognised_and_need_no_variant():
     assert [s.record.quantity for s in found.shots] == ["angle"] * 3
     assert found.model.name == "thread"
     assert any("no variant was named" in n for n in found.notes)
+
+
+@pytest.mark.parametrize(("law", "declared"), [(np.sin, "thread"), (lambda phi: phi, "thread_small_angle")])
+def test_an_angle_that_nobody_named_is_that_of_a_pendulum_or_of_a_spring(tmp_path, law, declared):
+    """By scipy: 1.2 Hz from 80 degrees, with dry friction that neither model has."""
+
+    def motion(t, y):
+        return y[1], -((2.0 * np.pi * 1.2) ** 2) * law(y[0]) - 0.02 * y[1] - 0.05 * np.tanh(y[1] / 1e-2)
+
+    times = np.arange(0.0, 40.0, 0.01)
+    angle = solve_ivp(motion, (0.0, 40.0), (1.4, 0.0), t_eval=times, rtol=1e-9, atol=1e-9).y[0]
+    angle += np.random.default_rng(7).normal(0.0, 1e-3, times.size)
+    path = tmp_path / "swing.csv"
+    np.savetxt(path, np.column_stack([times, angle]), delimiter=",", header="time_s,phi_rad", comments="")
+    found = load_diagnosis_input([path])
+    assert found.model.name == declared
+    assert any(f"the declared model is {declared}" in n for n in found.notes)
+    assert load_diagnosis_input([path], "thread").model.name == "thread"
 
 
 def test_a_base_takes_the_place_of_the_variant():
