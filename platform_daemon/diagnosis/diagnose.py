@@ -39,7 +39,6 @@ from .regression.parameters import (
     means,
     widened,
     window_differences,
-    window_disagreement,
     with_scales,
     with_what_is_left,
 )
@@ -52,6 +51,7 @@ from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.data_integrity import DataDefect, after_clipping, data_defects, merged
 from .selection.omnibus_test import omnibus_test
 from .selection.scales import fits_at_neighbouring_scales
+from .selection.stale_samples import without_stale_samples
 from .selection.stepwise import ProgressCallback, Selection
 from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
 from .shots.shot import DiagnosisShot, PreparedShot, as_measured
@@ -276,9 +276,10 @@ def _of_effects(
     spanned = widened(exact, _other_explanations(named, small))
     wider, side_modes = with_side_modes(spanned, first, model)
     wider, weight = with_undeclared_weight(wider, final)
-    apart = window_differences(final, pool)
+    declared, apart = window_differences(found.base, pool), window_differences(final, pool)
     if verdict in ("unexplained", "partly_explained"):
-        wider = with_what_is_left(wider, final, apart)
+        # Where what is left is so much that not both windows can be fitted, the declared model has to tell.
+        wider = with_what_is_left(wider, final, apart or declared)
     return Diagnosis(
         shots=(),
         refused=(),
@@ -294,7 +295,7 @@ def _of_effects(
         after=searched.after,
         parameters_before=means(found.base),
         parameters_after=wider,
-        sigma_before=window_disagreement(found.base, pool),
+        sigma_before={name: one.sigma for name, one in declared.items()},
         sigma_after={name: one.sigma for name, one in apart.items()},
         torque=torque,
         moving=moving_parameters(found.base, pool),
@@ -330,6 +331,9 @@ def _prepared(
     usable = [s for k, (s, _) in enumerate(whole) if k not in bad]
     flawed += [defect for _, cut in whole for defect in cut]
     angle = shots[0].record.quantity == "angle"
+    if angle:
+        usable, stale = without_stale_samples(usable)
+        flawed += stale
     usable, gaps = filled_angles([as_measured(s) for s in usable], pool) if angle else (usable, [])
     usable = [as_measured(s) for s in usable]  # of filled ones the noise was measured again
     prepared, refused = initial_fits(usable, model, pool)

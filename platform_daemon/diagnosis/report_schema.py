@@ -16,7 +16,9 @@ DiagnosisVerdict = TypeAliasType(
 )
 TraceRegressor = TypeAliasType("TraceRegressor", Literal["amplitude", "speed", "time"])
 """What a parameter may go with along a ring-down; speed: the largest of a swing."""
-DefectKind = TypeAliasType("DefectKind", Literal["clock_gap", "saturation", "duplicated_shot", "not_finite"])
+DefectKind = TypeAliasType(
+    "DefectKind", Literal["clock_gap", "saturation", "duplicated_shot", "stale_samples", "not_finite"]
+)
 """What can be wrong with the data themselves."""
 
 

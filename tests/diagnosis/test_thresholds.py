@@ -11,9 +11,7 @@ from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from tests.kit.data import ROOT
 
 PACKAGE = ROOT / "platform_daemon/diagnosis"
-SOURCES_OF_NUMBERS = tuple(
-    PACKAGE / name for name in ("thresholds.py", "rotor_thresholds.py", "fluctuation_thresholds.py")
-)
+SOURCES_OF_NUMBERS = (PACKAGE / "thresholds.py", *sorted(PACKAGE.glob("*_thresholds.py")))
 OTHERS = sorted(set(PACKAGE.rglob("*.py")) - {*SOURCES_OF_NUMBERS})
 
 PLAIN_FLOATS = {0.0, 0.5, 1.0, 2.0, 1e-300}  # factors of formulas, and the guard against a division by 0

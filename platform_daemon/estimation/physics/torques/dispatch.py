@@ -84,7 +84,13 @@ def acceleration(phi, v, sigma, codes, widths, c, grad):  # type: ignore[no-unty
 
 @part
 def timed_acceleration(phi, v, u, sigma, codes, widths, c, grad):  # type: ignore[no-untyped-def]
-    """Sum of all timed terms at u = w t: (tau, d tau/d phi, d tau/d v, d tau/d u); grad gets their d tau/d c."""
+    """Sum of all timed terms at u = w t: (tau, d tau/d phi, d tau/d v, d tau/d u); grad gets their d tau/d c.
+
+    What moves the natural frequency moves the declared restoring torque, which may be linear.
+    """
+    linear = False
+    for k in range(codes.size):
+        linear = linear or codes[k] == 4
     total = 0.0
     total_phi = 0.0
     total_v = 0.0
@@ -94,11 +100,12 @@ def timed_acceleration(phi, v, u, sigma, codes, widths, c, grad):  # type: ignor
         if codes[k] < 0 or TIMED_FROM <= codes[k] <= LARGEST_NUMBER:
             sin_phi = math.sin(phi)
             cos_phi = math.cos(phi)
+            law, law_phi = (phi, 1.0) if linear else (sin_phi, cos_phi)
             f = f_phi = f_v = f_u = 0.0
             if codes[k] == TIMED_FROM:
-                f, f_phi, f_v, f_u = frequency_drift(phi, sin_phi, cos_phi, v, u, c, j, grad)
+                f, f_phi, f_v, f_u = frequency_drift(phi, law, law_phi, v, u, c, j, grad)
             elif codes[k] == TIMED_FROM + 1:
-                f, f_phi, f_v, f_u = frequency_settling(phi, sin_phi, cos_phi, v, u, c, j, grad)
+                f, f_phi, f_v, f_u = frequency_settling(phi, law, law_phi, v, u, c, j, grad)
             elif codes[k] == TIMED_FROM + 2:
                 f, f_phi, f_v, f_u = torque_course(phi, sin_phi, cos_phi, v, u, c, j, grad, sigma, widths[k])
             elif codes[k] < 0:

@@ -10,12 +10,13 @@ from platform_daemon.estimation.physics.torque_term import Coefficient, TorqueTe
 
 
 @inlined
-def frequency_drift(phi, sin_phi, cos_phi, v, u, c, j, grad):  # type: ignore[no-untyped-def]
-    """tau = -sin(phi) ((1 + c u)^2 - 1) with c = d / w and u = w t."""
+def frequency_drift(phi, law, law_phi, v, u, c, j, grad):  # type: ignore[no-untyped-def]
+    """tau = -law ((1 + c u)^2 - 1) with c = d / w and u = w t; law: sin(phi), or phi of a
+    linear restoring torque, with its derivative."""
     excess = c[j] * u * (2.0 + c[j] * u)
     rate = 2.0 * (1.0 + c[j] * u)
-    grad[j] = -sin_phi * rate * u
-    return -sin_phi * excess, -cos_phi * excess, 0.0, -sin_phi * rate * c[j]
+    grad[j] = -law * rate * u
+    return -law * excess, -law_phi * excess, 0.0, -law * rate * c[j]
 
 
 FREQUENCY_DRIFT = TorqueTerm(

@@ -12,16 +12,17 @@ from platform_daemon.estimation.physics.torque_term import Coefficient, TorqueTe
 
 
 @inlined
-def frequency_settling(phi, sin_phi, cos_phi, v, u, c, j, grad):  # type: ignore[no-untyped-def]
-    """tau = -sin(phi) ((1 + g)^2 - 1), g = c0 (1 - exp(-r u)) / r with c0 = d / w, r = 1 / (w tau), u = w t."""
+def frequency_settling(phi, law, law_phi, v, u, c, j, grad):  # type: ignore[no-untyped-def]
+    """tau = -law ((1 + g)^2 - 1), g = c0 (1 - exp(-r u)) / r with c0 = d / w, r = 1 / (w tau), u = w t; law: as of
+    a drift."""
     rate = c[j + 1]
     fall = math.exp(-rate * u)
     part = (1.0 - fall) / rate
     g = c[j] * part
-    slope = -2.0 * sin_phi * (1.0 + g)
+    slope = -2.0 * law * (1.0 + g)
     grad[j] = slope * part
     grad[j + 1] = slope * c[j] * (u * fall - part) / rate
-    return -sin_phi * g * (2.0 + g), -cos_phi * g * (2.0 + g), 0.0, slope * c[j] * fall
+    return -law * g * (2.0 + g), -law_phi * g * (2.0 + g), 0.0, slope * c[j] * fall
 
 
 FREQUENCY_SETTLING = TorqueTerm(
