@@ -90,13 +90,13 @@ def _doubts(
         yield "the best fit asks for signs that physics does not allow"
     if _patched(final, [n.candidate for n in together]):
         yield "one effect only mends what a much larger one does not quite explain"
-    # Effects together imitate anything: three of them, or two that others could replace.
+    # Effects together imitate anything: three of them, or two that others could replace.  Several kicks are one kind of
+    # effect, and each is seen at its own instant.
+    kinds = {n.candidate.effect for n in together}
     replaceable = any(
         r.candidate.effect is not n.candidate.effect and r.second is None for n in together for r in n.confounders
     )
-    if len(together) > _LIMITS.believed_effects or (
-        len(together) > 1 and (replaceable or _chance_of_rest(found) < LEVEL)
-    ):
+    if len(kinds) > _LIMITS.believed_effects or (len(kinds) > 1 and (replaceable or _chance_of_rest(found) < LEVEL)):
         yield f"{len(together)} effects together may imitate one that has no name here"
     if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.confounders):
         yield "these data cannot tell whether the motion, the receiver or an additive signal is the cause"

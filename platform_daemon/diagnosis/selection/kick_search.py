@@ -7,6 +7,7 @@ them apart: there everything slow is a sum of harmonics of slowly changing size,
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -52,13 +53,33 @@ def kick_missing(at: JointFit) -> bool:
 
 def _missing(at: JointFit, sample: int, where: slice, alone: bool) -> bool:
     """Of the kick at a sample, whose strength is at this place; alone: beside no torques."""
+    strength = float(at.strengths[where][0])
+    near = _shown(at, sample, where, _LIMITS.kick_margin_periods)
+    if near is None:
+        return not alone
+    if _surely_less(*near, strength):
+        return True
+    if alone or near[0] > _LIMITS.kick_shown_sigma * near[1]:
+        return False
+    # In more periods what a law is wrong by changes hardly faster, and a smaller kick stands out.
+    wide = _shown(at, sample, where, _LIMITS.kick_wide_periods, degrees=_LIMITS.kick_wide_degrees, harmonics=(1,))
+    return wide is None or wide[0] < _LIMITS.kick_sigma * wide[1] or wide[0] < _LIMITS.kick_local_share * abs(strength)
+
+
+def _surely_less(shown: float, sd: float, strength: float) -> bool:
+    return shown + _LIMITS.kick_sigma * sd < _LIMITS.kick_local_share * abs(strength)
+
+
+def _shown(at: JointFit, sample: int, where: slice, periods: float, **slow_waves: Any) -> tuple[float, float] | None:
+    """The size of a fitted kick, positive if it has the sign of its strength, and its standard deviation, as so many
+    periods on either side of its instant show it beside slow waves; None where there are too few instants."""
     linear, record = at.linear[0], at.prepared[0].shot.record
     frequency_hz = at.states[0].dynamics.w / (2.0 * math.pi)
     time = linear.linearisation.time_s - sample * record.dt_s
-    near = np.abs(time) < _LIMITS.kick_margin_periods / frequency_hz
-    slow = waves(time[near], frequency_hz, _LIMITS.kick_margin_periods / frequency_hz)[0].T
+    near = np.abs(time) < periods / frequency_hz
+    slow = waves(time[near], frequency_hz, periods / frequency_hz, **slow_waves)[0].T
     if slow.shape[0] < slow.shape[1] + _LIMITS.kick_free_instants:
-        return not alone
+        return None
     q = np.linalg.qr(slow)[0]
     strength, column = float(at.strengths[where][0]), linear.columns[near, where][:, 0]
     column, left = column - q @ (q.T @ column), linear.residual[near] - q @ (q.T @ linear.residual[near])
@@ -66,9 +87,7 @@ def _missing(at: JointFit, sample: int, where: slice, alone: bool) -> bool:
     more = float(column @ left) / max(power, 1e-300)
     rest = left - more * column
     sd = math.sqrt(max(1.0, float(rest @ rest) / (rest.size - q.shape[1] - 1)) / max(power, 1e-300))
-    shown = math.copysign(1.0, strength) * (strength + more)
-    surely_less = shown + _LIMITS.kick_sigma * sd < _LIMITS.kick_local_share * abs(strength)
-    return surely_less or not (alone or shown > _LIMITS.kick_shown_sigma * sd)
+    return math.copysign(1.0, strength) * (strength + more), sd
 
 
 def _gains(at: JointFit) -> Array:

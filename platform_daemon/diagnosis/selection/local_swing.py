@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -40,16 +40,26 @@ def block_means(samples: Array, block: int) -> Array:
     return np.asarray(samples[:, : n * block].reshape(samples.shape[0], n, block).mean(axis=2))
 
 
-def waves(time: Array, frequency: float, scale: float) -> tuple[Array, Array]:
-    """Harmonics (columns, points) of slowly changing size at times from the window's centre, and their derivatives."""
+def waves(
+    time: Array,
+    frequency: float,
+    scale: float,
+    *,
+    degrees: int = _LIMITS.swing_degrees,
+    harmonics: Sequence[int] = _LIMITS.swing_harmonics,
+) -> tuple[Array, Array]:
+    """Harmonics (columns, points) of slowly changing size at times from the window's centre, and their derivatives.
+
+    degrees: powers of the time over `scale` that the size of each may have, from 0 on.
+    """
     x = time / scale
     turn = 2.0 * math.pi * frequency
     rows, slopes = [], []
-    for degree in range(_LIMITS.swing_degrees):
+    for degree in range(degrees):
         slow, change = x**degree, (degree * x ** max(degree - 1, 0) if degree else np.zeros_like(x)) / scale
         rows.append(slow)
         slopes.append(change)
-        for h in _LIMITS.swing_harmonics:
+        for h in harmonics:
             c, s = np.cos(h * turn * time), np.sin(h * turn * time)
             rows += [slow * c, slow * s]
             slopes += [change * c - slow * h * turn * s, change * s + slow * h * turn * c]

@@ -21,6 +21,7 @@ from platform_daemon.diagnosis.shots.thread_pool import InlineExecutor
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 
 from .amplitude_laws import is_timed, laws_of_amplitude, time_is_doubtful, timed_torques
+from .further_kicks import with_further_kicks
 from .kick_search import kick_missing, kicks
 from .refits import allowed_refit, refined
 from .scales import at_best_scales
@@ -78,6 +79,7 @@ def best_torques(
             break
         grown = leaders if size > 2 else sorted(known.values(), key=lambda f: f.chi2)
         allowed = _allowed(_sets(grown, [*candidates, *_kicked(best.fitted)], known, size), pool)
+        allowed = with_further_kicks(allowed, best.fitted, pool)
         known |= {_keys(f): f for f in reversed(allowed)}
         best = _better(best, allowed, trials, pool)
         rejected = min([f for f in (rejected, *allowed[:1]) if f is not None], key=lambda f: f.chi2, default=None)
