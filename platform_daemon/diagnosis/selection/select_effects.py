@@ -47,13 +47,19 @@ def select_effects(
     Raises:
         LostTrajectoryError: the declared model itself describes no oscillation.
     """
-    if base.prepared[0].shot.record.quantity != "angle" or _quiet(base):
-        return StepwiseSearch(base, list(candidates), pool, progress, on_larger_sets=on_larger_sets).run(base)
+    angle = base.prepared[0].shot.record.quantity == "angle"
+    if not angle or _quiet(base):
+        found = StepwiseSearch(base, list(candidates), pool, progress, on_larger_sets=on_larger_sets).run(base)
+        quieter = _at_its_own_noise(base, found.best, pool) if angle else None
+        if quieter is None:
+            return found
+        base = quieter
+        if _quiet(base):
+            return StepwiseSearch(base, list(candidates), pool, progress).run(base)
     sets, beside = _AngleSearch(base, candidates, pool, progress).run()
-    quiet = _as_quiet_as(beside.best) if _quiet(beside.best) else None
-    if quiet is not None:  # what looked like noise beside the swing was a part of it, or a line
+    quieter = _at_its_own_noise(base, beside.best, pool) if _quiet(beside.best) else None
+    if quieter is not None:
         with suppress(LostTrajectoryError, np.linalg.LinAlgError):
-            quieter = fit_jointly(quiet, base.hypothesis, pool, base.states)
             again = _AngleSearch(quieter, candidates, pool, progress).run(_oscillations(beside.best))
             base, (sets, beside) = quieter, again
     every = StepwiseSearch(base, list(candidates), pool, progress)
@@ -66,6 +72,18 @@ def select_effects(
         torques=sets.best,
         others=sets.others,
     )
+
+
+def _at_its_own_noise(base: JointFit, best: JointFit, pool: Executor) -> JointFit | None:
+    """The fit of the declared model with the noise that another fit leaves; None where that is no smaller.
+
+    What looked like noise beside the swing was a part of it, or a line.
+    """
+    quiet = _as_quiet_as(best)
+    try:
+        return None if quiet is None else fit_jointly(quiet, base.hypothesis, pool, base.states)
+    except (LostTrajectoryError, np.linalg.LinAlgError):
+        return None
 
 
 def _as_quiet_as(best: JointFit) -> list[PreparedShot] | None:
