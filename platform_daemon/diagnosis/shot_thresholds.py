@@ -30,6 +30,7 @@ class Shots:
     level_points: int = 24  # frequencies of that band [unset]
     # Stale samples: how often samples that are equal exceed what digits of nearly equal ones make, in its sigma [noise]
     stale_sigma: float = 6.0
+    stale_ratio: float = 4.0  # times these at least: of a coarse encoder twice as many are equal by chance [physics]
     stale_digits: int = 10  # of the last one, within which samples count as nearly equal [unset]
     most_stale_share: float = (
         0.1  # of all samples; beyond, the record holds each value, and nothing tells which [unset]

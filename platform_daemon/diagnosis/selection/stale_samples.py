@@ -2,7 +2,7 @@
 
 In a swing with noise two neighbours are equal by chance only if they agree to the last digit q of the record.  How
 many should be, the nearly equal ones tell: of n pairs that differ by no more than d digits, but do differ, about
-n / (2 d) would be equal.
+n / (2 d) would be equal, or up to twice as many, where neighbours differ by few digits.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def stale_samples(angle: Array) -> IntArray:
     # Runs: a value that stands for many samples is that of a rotor at rest, or of a record that is held.
     ends = np.flatnonzero(np.diff(equal, append=angle.size + 2) > 1)
     longest = int(np.max(np.diff(ends, prepend=-1), initial=0))
-    many = equal.size - by_chance > _LIMITS.stale_sigma * math.sqrt(by_chance + 1.0)
+    many = equal.size > _LIMITS.stale_ratio * by_chance + _LIMITS.stale_sigma * math.sqrt(by_chance + 1.0)
     few = equal.size < _LIMITS.most_stale_share * angle.size and longest <= _LIMITS.longest_stale
     return equal if many and few else nothing
 

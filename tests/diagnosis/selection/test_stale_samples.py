@@ -49,6 +49,13 @@ def test_neighbours_that_a_coarse_encoder_makes_equal_are_not_stale(digit):
     assert stale_samples(swing(digit)).size == 0
 
 
+@pytest.mark.parametrize("digits_of_noise", [0.2, 1.0, 2.4, 3.5, 6.0, 10.0])
+def test_neither_are_those_of_a_fast_one(digits_of_noise):
+    """Of a swing so slow for its rate that neighbours differ by noise alone."""
+    angle = np.cos(np.arange(60_000) * 1e-3) * 2e3 + np.random.default_rng(8).normal(0.0, digits_of_noise, 60_000)
+    assert stale_samples(1e-4 * np.round(angle)).size == 0
+
+
 def test_a_rotor_at_rest_and_a_record_that_holds_each_value_are_left_alone():
     at_rest = np.concatenate([swing()[:5000], np.full(1000, swing()[5000])])
     assert stale_samples(at_rest).size == 0
