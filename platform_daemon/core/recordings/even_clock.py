@@ -168,8 +168,8 @@ def _refuse_coarse(samples: Floats, most_s: float, step_s: float, where: str) ->
     """Raises RecordingError for fewer samples in a period of the strongest oscillation than a spline needs."""
     n = samples.shape[-1]
     rows = samples.reshape(-1, n)
-    ramp = np.linspace(-1.0, 1.0, n)
-    bare = rows - rows.mean(axis=-1, keepdims=True) - (rows @ ramp / (ramp @ ramp))[:, None] * ramp
+    line = np.linspace(-1.0, 1.0, n)
+    bare = rows - rows.mean(axis=-1, keepdims=True) - (rows @ line / (line @ line))[:, None] * line
     power = (np.abs(np.fft.rfft(bare * np.hanning(n), axis=-1)) ** 2).sum(axis=0)
     per_period = n / max(int(power.argmax()), 1)
     if per_period >= _FEWEST_PER_PERIOD:
