@@ -32,7 +32,7 @@ class Shots:
     stale_sigma: float = 6.0
     stale_ratio: float = 4.0  # times these at least: of a coarse encoder twice as many are equal by chance [physics]
     stale_digits: int = 10  # of the last one, within which samples count as nearly equal [unset]
-    most_stale_share: float = (
-        0.1  # of all samples; beyond, the record holds each value, and nothing tells which [unset]
-    )
+    # Mean distance of steps from multiples of the smallest one, up to which that is a digit: 0, or a quarter [physics]
+    stale_whole: float = 0.1
+    most_stale_share: float = 0.1  # of all samples; beyond, the record holds its values [unset]
     longest_stale: int = 4  # samples in a row that one value stands for; a rotor at rest has more [unset]

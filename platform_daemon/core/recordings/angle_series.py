@@ -29,13 +29,15 @@ class AngleSeries:
         path: of the file.
         angle_rad: (1, n), the longest stretch with an even clock.
         sampling_rate_hz: of it.
-        clock: what is wrong with the time column, and what was done to the samples, in words; empty if nothing is.
+        clock: holes in the time column, in words; empty if there are none.
+        done: what was done to the samples, as sorting them by their times.
     """
 
     path: Path
     angle_rad: NDArray[np.float64]
     sampling_rate_hz: float
     clock: tuple[str, ...]
+    done: tuple[str, ...] = ()
     frames: int = 1
 
     @property
@@ -74,8 +76,8 @@ def read_angles(path: Path) -> AngleSeries:
         angle_rad, turning = unwrapped(angle_rad)
         _refuse_turns(source, angle_rad)
         even = evened(time_s[first:last], angle_rad[None, first:last], source.place(_TIME))
-    remarks = ("" if sorting is None else sorting[1], *clock, turning, even.remark)
-    return AngleSeries(path, even.samples, 1.0 / even.step_s, tuple(each for each in remarks if each))
+    done = ("" if sorting is None else sorting[1], turning, even.remark)
+    return AngleSeries(path, even.samples, 1.0 / even.step_s, clock, tuple(each for each in done if each))
 
 
 def _time(source: Hdf5File) -> NDArray[np.float64]:

@@ -96,7 +96,7 @@ def signal_of(
     values, step_s, evening = evened(time, values, where)
     told = tuple(each for each in ("" if sorting is None else sorting[1], turning, evening) if each)
     if quantity == "angle":
-        return AngleSeries(Path(where), values, 1.0 / step_s, told)
+        return AngleSeries(Path(where), values, 1.0 / step_s, (), told)
     calibration = None
     if quantity == "dmdt":  # u = -P dm/dt with P = 1
         values, sensitivity = -values, np.eye(3)

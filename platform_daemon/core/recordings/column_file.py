@@ -51,7 +51,7 @@ _ENDINGS = {
     **{"rad": "rad", "mrad": "mrad", "deg": "deg", "s": "s", "ms": "ms", "us": "us", "ns": "ns"},
 }
 _ONE_ANGLE = "an angle is one signal, fitted by itself"
-_ANGLE = re.compile(r"[θϑφϕ]|phi|theta|angle|winkel", re.IGNORECASE)
+_ANGLE = re.compile(r"[θϑφϕ]|(?<![a-z])(phi|theta|angle|winkel)(?![a-z])", re.IGNORECASE)
 _QUANTITIES: dict[Quantity, str] = {"dmdt": "A m^2/s", "voltage": "V", "angle": "rad"}
 
 
@@ -189,7 +189,7 @@ def _no_numbers(name: str, table: Table, path: Path) -> RecordingError:
     """The error for a column that is there, and was left out."""
     reason = table.left_out[name]
     remedy = "write real numbers there, or name another column, as signal = ['NAME'] or time = 'NAME'"
-    what = f"the column {name!r} holds no real numbers" if "counts" not in reason else f"no column is {name!r}"
+    what = f"the column {name!r} holds no real numbers" if name not in table.counters else f"no column is {name!r}"
     return RecordingError(what, where=str(path), why=reason, remedy=f"{remedy}, in {path.name}.toml")
 
 
@@ -201,11 +201,15 @@ def quantity_of(unit: str | None) -> Quantity | None:
 
 
 def _signals_there(table: Table, time: str, unit: str | None, path: Path) -> tuple[str, ...]:
-    """The same as _signal_names.  Raises RecordingError if one that may be meant holds no real numbers."""
-    for name in table.left_out:
-        if name in table.complex_names or quantity_of(_unit_in(name)) or _ANGLE.search(name):
-            raise _no_numbers(name, table, path)
+    """The same as _signal_names.
+
+    Raises RecordingError if one that may be meant holds no real numbers, and no other one has the unit of a signal.
+    """
     names = _signal_names(table, time, unit)
+    if not any(quantity_of(_unit_of(table, name)) for name in names):
+        for name in table.left_out:
+            if name in table.complex_names or quantity_of(_unit_in(name)) or _ANGLE.search(name):
+                raise _no_numbers(name, table, path)
     if names:
         return names
     why = "; ".join(f"{name!r}: {reason}" for name, reason in table.left_out.items()) or f"there is only {time!r}"

@@ -15,7 +15,7 @@ class Table(dict[str, NDArray[np.float64]]):
 
     Attributes:
         left_out: of columns that hold no real numbers by name, why, in words.
-        complex_names: those of left_out that hold complex numbers.
+        complex_names, counters: those of left_out that hold complex numbers, and that only count the rows.
         units: of columns whose cells, or kind, say the unit; names say those of others.
         lines: of a text, the line of each row, from 1; None: it is no text.
     """
@@ -24,6 +24,7 @@ class Table(dict[str, NDArray[np.float64]]):
         super().__init__(columns)
         self.left_out: dict[str, str] = {}
         self.complex_names: set[str] = set()
+        self.counters: set[str] = set()
         self.units: dict[str, str] = {}
         self.lines: NDArray[np.int32] | None = None
 

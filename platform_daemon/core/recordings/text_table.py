@@ -119,14 +119,15 @@ def _heads(text: str, shape: Shape, where: str) -> tuple[list[list[str]], int]:
             cells = _cells(number, line, shape, where)
             if shape.is_row(cells):
                 if named and damaged:
-                    remedy = "correct it; a line of names stands before it"
+                    remedy = "correct it"
                     raise RecordingError("a line is no row of numbers", where=where, why=damaged, remedy=remedy)
                 return heads, number
             heads.append(cells)
             if len(cells) != shape.width:
                 continue
             numbers = [each is not None and not math.isnan(each) for each in (number_in(c, shape.mark) for c in cells)]
-            named = named or not any(numbers)
+            # A line of names may hold numbers, of channels, but does not begin with one.
+            named = named or not any(numbers) or numbers[0]
             damaged = f"line {number} has a number, and a cell that is none" if any(numbers) else ""
         break
     raise _no_table(where)
@@ -208,14 +209,15 @@ class _Rows:
         found.lines = np.concatenate(self._lines)
         for k, name in enumerate(names):
             called = name or f"column {k}"
-            if called in found or called in found.left_out:
-                remedy = "give every column a name of its own, or its group's in the line above"
-                raise RecordingError(f"two columns are called {called!r}", where=self.where, remedy=remedy)
             reason = self._no_numbers(k, called)
             if reason:
-                found.left_out[called] = reason
+                found.left_out.setdefault(called, reason)
             elif k == 0 and _counts_rows(name, values[:, 0]):
                 found.left_out[called] = "it only counts the rows"
+                found.counters.add(called)
+            elif called in found:
+                remedy = "give every column a name of its own, or its group's in the line above"
+                raise RecordingError(f"two columns are called {called!r}", where=self.where, remedy=remedy)
             else:
                 found[called] = values[:, k]
                 if self._degrees[k]:
@@ -229,6 +231,8 @@ class _Rows:
         remedy = f"correct it; the column is {name!r}"
         if count == self.count or (count and not self._filled[k]):
             return f"it holds text, {shown} in line {line}"
+        if not self._filled[k]:
+            return "it is empty"
         if count:
             why = f"{shown} in line {line} is no number"
             raise RecordingError("a line is no row of numbers", where=self.where, why=why, remedy=remedy)

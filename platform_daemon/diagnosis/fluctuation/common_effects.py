@@ -81,17 +81,17 @@ def _spread(
     """
     candidates = [b.candidate for b in (*chosen, block)]
 
-    def gain(k: int) -> float:
+    def gain(k: int) -> float | None:
         alone = replace(at, prepared=(at.prepared[k],), states=(at.states[k],), linear=(at.linear[k],))
         table = score_table(alone, candidates, InlineExecutor())
         blocks = [b for b in table.blocks if b.candidate in candidates]
         with_it, without = table.gain(blocks), table.gain(blocks[:-1]) if chosen else None
         if with_it is None or (chosen and without is None):
-            return 0.0  # the shot tells nothing of it
+            return None  # the shot tells nothing of it
         return (with_it.gain - (without.gain if without else 0.0)) * alone.noise_factor
 
-    apart = sum(pool.map(gain, range(len(at.prepared)))) - together
-    return max(1.0, apart / (block.candidate.size * (len(at.prepared) - 1)))
+    told = [each for each in pool.map(gain, range(len(at.prepared))) if each is not None]
+    return max(1.0, (sum(told) - together) / (block.candidate.size * (len(told) - 1))) if len(told) > 1 else 1.0
 
 
 def _split(strengths: Array, blocks: Sequence[CandidateBlock]) -> list[Array]:

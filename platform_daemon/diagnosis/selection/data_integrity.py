@@ -17,7 +17,7 @@ from platform_daemon.diagnosis.shots.kicked_motion import motion_basis
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot, PreparedShot, whitening_for
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.noise.model import OF_RECORD, estimate_noise
+from platform_daemon.estimation.noise.model import estimate_noise
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
@@ -84,7 +84,7 @@ def after_clipping(shot: DiagnosisShot, number: int) -> tuple[DiagnosisShot, lis
         left = replace(record, valid_from=first)
         where = f"{shot.name}: {clipped}; the swing is followed from sample {first} on, at {first * record.dt_s:.4g} s"
         found.append(DataDefect(id="saturation", where=where, shot=number))
-        noise = estimate_noise(left) if shot.noise.source in OF_RECORD else shot.noise
+        noise = estimate_noise(left) if shot.noise.of_swings else shot.noise
         shot = replace(shot, record=left, noise=noise)
     return shot, found
 

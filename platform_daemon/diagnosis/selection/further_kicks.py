@@ -15,6 +15,7 @@ from platform_daemon.diagnosis.thresholds import THRESHOLDS
 
 from .kick_search import kick_missing, kicks
 from .refits import allowed_refit, refined
+from .sign_constraints import signs_allowed
 from .significance import LEVEL, log_chance
 
 _LIMITS = THRESHOLDS.selection
@@ -49,7 +50,7 @@ def _with_all_kicks(at: JointFit, pool: Executor) -> JointFit:
         if log_chance((at.chi2 - more.chi2) / max(1.0, more.chi2_per_dof), 1, trials) >= LEVEL:
             break
         at = more
-    return at if _quiet(at) and not kick_missing(at) else begun
+    return at if _quiet(at) and not kick_missing(at) and signs_allowed(at) else begun
 
 
 def _quiet(at: JointFit) -> bool:

@@ -31,6 +31,8 @@ def kicks(at: JointFit) -> list[Candidate]:
     inside = (time > time[0] + _LIMITS.kick_margin_periods * period) & (
         time < time[-1] - _LIMITS.kick_margin_periods * period
     )
+    for c in at.hypothesis.effects:
+        inside &= c.kick_at_s is None or np.abs(time - c.kick_at_s) > _LIMITS.kick_margin_periods * period
     gain = np.where(inside, _gains(at), 0.0)
     found: list[Candidate] = []
     while len(found) < _LIMITS.offered_kicks and gain.max() > 0.0:

@@ -64,6 +64,11 @@ class NoiseModel:
         grid = np.array([0.0, 0.5 * sampling_rate_hz])
         return cls(sd=sd, frequency_hz=grid, psd=np.repeat((2.0 * sd**2 / sampling_rate_hz)[:, None], 2, axis=1))
 
+    @property
+    def of_swings(self) -> bool:
+        """Measured in ring-downs, where a flaw of the samples is a part of it; not in blank shots, nor given."""
+        return not self.blank and self.source != "given"
+
     def flattened(self) -> NoiseModel:
         """Flat noise of the level far above the harmonics, and below the edge of the band, where a filter may begin.
 

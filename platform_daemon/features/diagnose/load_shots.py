@@ -14,8 +14,8 @@ from platform_daemon.core.schemas.value_sources import ValueSource
 from platform_daemon.diagnosis.diagnose import Diagnosis, DiagnosisError, diagnose_shots
 from platform_daemon.diagnosis.report_schema import RecordedSources
 from platform_daemon.diagnosis.selection.data_integrity import DataDefect
+from platform_daemon.diagnosis.selection.restoring_law import is_of_spring
 from platform_daemon.diagnosis.selection.stepwise import ProgressCallback
-from platform_daemon.diagnosis.shots.restoring_law import is_of_spring
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.estimation.noise.series import SeriesNoise
 from platform_daemon.estimation.physics.models import RingDownModel
@@ -89,7 +89,7 @@ def load_diagnosis_input(
 
     Args:
         files: shots or recordings of one specimen, by their paths or opened.
-        model: a declared or adopted one; None: what the files say.
+        model: a declared or adopted one; None: what the files say, of angles a pendulum or a linear spring.
         observable: None: what the first file holds.
         base: a declared or adopted model to start from in the place of the model.
         calibration: in the place of the files' own, and where it came from.

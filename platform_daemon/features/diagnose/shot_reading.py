@@ -132,8 +132,10 @@ def searched_frames(recorded: Sequence[tuple[VoltageMeasurement, Sequence[int]]]
 def add_angle(measurement: AngleMeasurement, noise: SeriesNoise, loaded: LoadedShots) -> None:
     """An angle series is one shot, with a common noise where several are alike."""
     name, signal = measurement.path.name, measurement.signal(0)
-    loaded.flaws += [DataDefect(id="clock_gap", where=f"{name}: {text}", shot=-1) for text in signal.notes]
-    if not measurement.series.finite:
+    series = measurement.series
+    loaded.flaws += [DataDefect(id="clock_gap", where=f"{name}: {text}", shot=-1) for text in series.clock]
+    loaded.notes += [f"{name}: {text}" for text in series.done]
+    if not series.finite:
         loaded.flaws.append(DataDefect(id="not_finite", where=f"{name}: samples are not finite numbers", shot=-1))
     try:
         screen_free_swing(signal.record)

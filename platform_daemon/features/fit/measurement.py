@@ -204,7 +204,7 @@ class AngleMeasurement(Measurement):
         """See Measurement."""
         chosen_frames(self, (k,))
         record = RingDownRecord(self.series.angle_rad, self.series.sampling_rate_hz, "angle")
-        return FrameSignal(record, None, self.series.clock)
+        return FrameSignal(record, None, (*self.series.clock, *self.series.done))
 
     def with_hint(self, k: int, fit: FitResult) -> FitResult:
         """See Measurement: a swing of a few degrees that is read as rad goes far round, and fits no motion."""

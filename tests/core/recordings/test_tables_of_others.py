@@ -62,6 +62,9 @@ READ = {
     "a hash": rows("{k},{t:.3f},{a:.6f}", "#,t_s,phi_deg"),
     "a line of units": rows(TA, "time,phi", "s,deg"),
     "keys and values first": rows(TA, "Sample rate (Hz),100", "Operator,Smith", "time_s,phi_deg"),
+    "names with phi in them": rows("{t:.3f},{a:.6f},ab", "time_s,phi_deg,graphics"),
+    "an empty column beside it": rows("{t:.3f},{a:.6f},", "time_s,phi_deg,remark"),
+    "two columns of text of one name": rows("{t:.3f},{a:.6f},ab,cd", "time_s,phi_deg,note,note"),
     "a column of text beside it": rows("{t:.3f},{a:.6f},12:00:{k}", "time_s,phi_deg,clock"),
     "several texts beside it": rows("{t:.3f},{a:.6f},a,b,c", "time_s,phi_deg,p,q,r"),
 }

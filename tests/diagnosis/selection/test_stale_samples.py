@@ -63,6 +63,22 @@ def test_a_rotor_at_rest_and_a_record_that_holds_each_value_are_left_alone():
     assert stale_samples(np.zeros(100)).size == 0
 
 
+@pytest.mark.parametrize("digits", [3, 4, 5, 6])
+def test_nor_are_angles_with_so_many_significant_digits(digits):
+    angle = np.degrees(swing(1e-9, noise=3e-4))
+    assert stale_samples(np.array([float(f"{each:.{digits}g}") for each in angle])).size == 0
+
+
+def test_the_noise_of_a_series_is_measured_again():
+    plain, bad = shot(swing()), shot(repeated(swing(), PLACES))
+    pooled = replace(bad, noise=replace(bad.noise, source="1 shot, outside the harmonics"))
+    (mended,), _ = without_stale_samples([pooled])
+    assert bad.noise.sd[0] > 1.1 * plain.noise.sd[0]
+    assert mended.noise.sd[0] == pytest.approx(plain.noise.sd[0], rel=0.03)
+    given = replace(bad, noise=replace(bad.noise, source="given"))
+    assert without_stale_samples([given])[0][0].noise is given.noise
+
+
 def test_they_are_interpolated_and_told():
     plain, bad = shot(swing()), shot(repeated(swing(), PLACES))
     (mended,), (told,) = without_stale_samples([bad])

@@ -53,6 +53,15 @@ def test_an_angle_that_nobody_named_is_that_of_a_pendulum_or_of_a_spring(tmp_pat
     assert load_diagnosis_input([path], "thread").model.name == "thread"
 
 
+def test_a_spring_is_told_behind_clipping_and_beside_a_file_that_cannot_be_fitted(tmp_path):
+    times = np.arange(0.0, 60.0, 0.01)
+    angle = 1.4 * np.exp(-0.02 * times) * np.cos(2.0 * np.pi * 1.2 * times)
+    angle = np.clip(angle + np.random.default_rng(7).normal(0.0, 1e-3, times.size), -1.1, 1.1)
+    path = tmp_path / "swing.csv"
+    np.savetxt(path, np.column_stack([times, angle]), delimiter=",", header="time_s,phi_rad", comments="")
+    assert load_diagnosis_input([path]).model.name == "thread_small_angle"
+
+
 def test_a_base_takes_the_place_of_the_variant():
     assert load_diagnosis_input([THREAD], base="thread+quadratic_drag").model.name == "thread+quadratic_drag"
     with pytest.raises(InputError, match="no variant 'nonsense'"):

@@ -158,6 +158,7 @@ def test_a_rotor_that_friction_holds_from_the_start_never_moves():
 LOPSIDED = THREAD.with_terms("lopsided", QUADRATIC_DRAG, BIAS_TORQUE, RESTORING_ANHARMONICITY)
 STRIBECK = JEWEL.with_terms("stribeck", STRIBECK_FRICTION)
 DRIFTING = THREAD.with_terms("drifting", COULOMB_FRICTION, FREQUENCY_DRIFT)
+SPRING = model_named("thread_small_angle").with_terms("drifting spring", FREQUENCY_DRIFT)
 CONSTANT = model_named("jewel_constant_friction")
 SMALL = model_named("jewel_small_angle")
 
@@ -179,6 +180,10 @@ def drifting(phi, v, sigma, s):
     return -math.sin(phi) * (1 + 0.01 * (s - THETA) / W) ** 2 - 2 * 0.3 / W * v - sigma * 900.0 / W**2
 
 
+def drifting_spring(phi, v, sigma, s):
+    return -phi * (1 + 0.01 * (s - THETA) / W) ** 2 - 2 * 0.3 / W * v
+
+
 def stribeck(phi, v, sigma, s):
     friction = 1190.0 + 400.0 * math.exp(-abs(v) * W / 60.0)
     return -math.sin(phi) - 2 * 0.3 / W * v - sigma * friction * math.cos(phi) ** (4 / 3) / W**2
@@ -191,6 +196,7 @@ def stribeck(phi, v, sigma, s):
         pytest.param(SMALL, (0.3, 1190.0), small_angle, [traced, tabulated], marks=pytest.mark.campaign),
         pytest.param(LOPSIDED, (0.3, 2e-3, 9000.0, 0.02), lopsided, [traced, tabulated], marks=pytest.mark.long),
         (STRIBECK, (0.3, 1190.0, 400.0, 60.0), stribeck, [traced]),
+        (SPRING, (0.3, 0.01), drifting_spring, [traced]),
         pytest.param(DRIFTING, (0.3, 900.0, 0.01), drifting, [traced, tabulated], marks=pytest.mark.long),
     ],
 )
@@ -234,6 +240,7 @@ def test_wide_swings_of_a_pendulum_agree_with_dop853(degrees, basis_of):
         (JEWEL, (0.3, 1190.0), -0.3),
         (LOPSIDED, (0.3, 2e-3, 9000.0, 0.02), 0.6),
         (STRIBECK, (0.3, 1190.0, 400.0, 60.0), 0.7),
+        pytest.param(SPRING, (0.3, 0.01), 0.8, marks=pytest.mark.long),
         # Differences of a motion without tables take a minute.
         pytest.param(DRIFTING, (0.3, 900.0, 0.01), -0.8, marks=pytest.mark.campaign),
     ],
