@@ -173,10 +173,7 @@ class RingDownModel:
 
 _DRY = ("jewel_constant_friction",)
 THREAD = RingDownModel(
-    "thread",
-    (MAGNETIC_RESTORING, VISCOUS_DAMPING),
-    alternatives=("jewel",),
-    alternatives_of_angle=(*_DRY, "thread_small_angle"),
+    "thread", (MAGNETIC_RESTORING, VISCOUS_DAMPING), alternatives=("jewel",), alternatives_of_angle=_DRY
 )
 JEWEL = RingDownModel("jewel", (MAGNETIC_RESTORING, VISCOUS_DAMPING, HERTZ_FRICTION), alternatives_of_angle=_DRY)
 _MODELS = (

@@ -42,7 +42,8 @@ def test_the_likeliest_course_is_the_conditional_mean(drawn):
 def test_a_split_predicts_the_other_rows_as_the_covariance_says(drawn):
     process, _, _, covariance, rows = drawn
     kept = np.arange(80) < 33
-    first, rest, left = process.split(process.taken_out(rows), kept)
+    split = process.split_at(kept)
+    first, (rest, left) = split.first(process.taken_out(rows)), split.rest(process.taken_out(rows))
     inside, beside = covariance[np.ix_(kept, kept)], covariance[np.ix_(~kept, kept)]
     assert first @ first.T == pytest.approx(rows[:, kept] @ np.linalg.solve(inside, rows[:, kept].T), rel=1e-8)
     predicted = rows[:, ~kept] - rows[:, kept] @ np.linalg.solve(inside, beside.T)

@@ -9,6 +9,10 @@ import pytest
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.torques import AUTONOMOUS, IN_PLACE, SEPARATE, TERMS, TIMED, code_of
 from platform_daemon.estimation.physics.torques.dispatch import acceleration, timed_acceleration
+from platform_daemon.estimation.physics.torques.frequency_drift import FREQUENCY_DRIFT
+from platform_daemon.estimation.physics.torques.frequency_settling import FREQUENCY_SETTLING
+from platform_daemon.estimation.physics.torques.linear_restoring import LINEAR_RESTORING
+from platform_daemon.estimation.physics.torques.magnetic_restoring import MAGNETIC_RESTORING
 
 STATES = [(0.3, 0.2), (-1.2, 0.9), (1.0, 1e-3), (-0.05, 1.6)]  # phi, |v|; nowhere a kink
 U = 37.0
@@ -103,8 +107,19 @@ def test_the_dispatch_finds_a_term_by_its_number(term, sigma):
     assert grad[: c.size] == pytest.approx(expected[4], rel=1e-14)
 
 
+@pytest.mark.parametrize("term", [FREQUENCY_DRIFT, FREQUENCY_SETTLING], ids=lambda term: term.name)
+def test_a_frequency_that_moves_moves_the_restoring_torque_that_is_declared(term):
+    c, grad, phi = coefficients_of(term), np.zeros(4), 0.8
+    pendulum, spring = (
+        timed_acceleration(phi, 0.7, U, 1.0, model.codes, model.widths, c, grad.copy())
+        for model in (RingDownModel("moved", (law, term)) for law in (MAGNETIC_RESTORING, LINEAR_RESTORING))
+    )
+    ratio = phi / math.sin(phi)
+    assert spring == pytest.approx((ratio * pendulum[0], pendulum[1] / math.cos(phi), 0.0, ratio * pendulum[3]))
+
+
 def test_the_dispatch_adds_terms_and_keeps_their_coefficients_apart():
-    model = RingDownModel("all", (*AUTONOMOUS, *TIMED))
+    model = RingDownModel("all", (*(term for term in AUTONOMOUS if term is not LINEAR_RESTORING), *TIMED))
     c = np.array([q.typical for q in model.coefficients])
     grad = np.zeros(c.size + 1)
     total = acceleration(0.4, 0.7, 1.0, model.codes, model.widths, c, grad)[0]
