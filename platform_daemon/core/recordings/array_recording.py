@@ -59,6 +59,7 @@ def signal_of(
     variant: str | None = None,
     sensitivity: ArrayLike | None = None,
     where: str = "arrays",
+    longest_stretch: bool = False,
 ) -> Recording | AngleSeries:
     """A signal over time, which begins when the excitation has ended.
 
@@ -71,6 +72,7 @@ def signal_of(
         variant: bearing of the resonator, thread or jewel; None: not said.
         sensitivity: of voltages, (channels, 3) T/A, with which they become dm/dt; None: unknown.
         where: what errors call the arrays.
+        longest_stretch: of an angle whose time has holes, take the longest stretch without one, and say so.
 
     Raises InputError for arrays of another shape, samples that are no finite numbers, a time with holes, or angles in
     degrees; RecordingError for a sensitivity that does not fit.
@@ -82,7 +84,8 @@ def signal_of(
     sorting = order_of(time) if time.shape == values.shape[-1:] else None
     if sorting is not None:
         time, values = time[sorting[0]], values[..., sorting[0]]
-    _check_time(time, values.shape[-1], where)
+    stretch, clock = _even_stretch(time, values.shape[-1], where, holes=longest_stretch and quantity == "angle")
+    time, values = time[stretch], values[..., stretch]
     bad = np.argwhere(~np.isfinite(values))
     if len(bad):
         what = f"{len(bad)} samples are no finite numbers, the first at {tuple(bad[0].tolist())}"
@@ -96,7 +99,7 @@ def signal_of(
     values, step_s, evening = evened(time, values, where)
     told = tuple(each for each in ("" if sorting is None else sorting[1], turning, evening) if each)
     if quantity == "angle":
-        return AngleSeries(Path(where), values, 1.0 / step_s, (), told)
+        return AngleSeries(Path(where), values, 1.0 / step_s, clock, told)
     calibration = None
     if quantity == "dmdt":  # u = -P dm/dt with P = 1
         values, sensitivity = -values, np.eye(3)
@@ -134,8 +137,11 @@ def _shaped(samples: ArrayLike, quantity: str, where: str) -> NDArray[np.float64
     return np.ascontiguousarray(rows)
 
 
-def _check_time(time: NDArray[np.float64], samples: int, where: str) -> None:
-    """Raises InputError for a time that does not go on without holes, one for each sample."""
+def _even_stretch(time: NDArray[np.float64], samples: int, where: str, *, holes: bool) -> tuple[slice, tuple[str, ...]]:
+    """(the samples without a hole in their time, the holes in words).
+
+    holes: there may be some.  Raises InputError for a time that does not go on, one for each sample.
+    """
     if time.shape != (samples,):
         remedy = "give one time for each sample, in s"
         raise InputError(f"time has the shape {time.shape}, not ({samples},)", where=where, remedy=remedy)
@@ -148,10 +154,11 @@ def _check_time(time: NDArray[np.float64], samples: int, where: str) -> None:
     if fault is not None:
         raise InputError(f"time {fault[0]}", where=where, remedy=fault[1])
     first, last, gaps = even_stretch(time)
-    if gaps:
+    if gaps and not (holes and last - first >= FEWEST):
         why = gaps[0].partition(";")[0]
         remedy = f"take samples {first} to {last - 1}, the longest stretch without a hole, or resample the signal"
         raise InputError("time has holes", where=where, why=why, remedy=remedy)
+    return slice(first, last), gaps
 
 
 def refuse_quantities(names: list[str], where: str) -> InputError:

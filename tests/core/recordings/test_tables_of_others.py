@@ -50,6 +50,13 @@ def is_read(path):
     np.testing.assert_allclose(found.signal()[0], ANGLE_RAD, atol=1e-7)
 
 
+def test_of_an_angle_whose_time_has_holes_the_longest_stretch_is_read(tmp_path):
+    lines = rows("{t:.3f},{a:.6f}", "time_s,phi_deg").splitlines(keepends=True)
+    found = pd_.open(table(tmp_path, "".join(lines[:101] + lines[140:])))
+    np.testing.assert_allclose(found.signal()[0], ANGLE_RAD[139:], atol=1e-7)
+    assert "only samples 100 to 560, the longest even stretch, are used" in found.notes[0]
+
+
 TA = "{t:.3f},{a:.6f}"
 READ = {
     "per cent beside it": rows(TA + ",98", "time_s,phi (deg),battery (%)"),
