@@ -134,5 +134,5 @@ def describe_angle(series: AngleSeries, size_bytes: int, columns: Sequence[Table
         rate_hz=series.sampling_rate_hz,
         lowest_rad=lowest,
         highest_rad=highest,
-        notes=series.clock,
+        notes=(*series.clock, *series.done),
     )
