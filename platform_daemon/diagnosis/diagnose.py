@@ -46,7 +46,7 @@ from .regression.score_test import ScoreTable
 from .report_schema import DiagnosisVerdict
 from .rigid_body.plane_test import PlaneTest, plane_test
 from .rotor_diagnosis import of_rotor
-from .rotor_search import RotorBeside, is_quiet, rotor_of
+from .rotor_search import RotorBeside, rotor_of
 from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.data_integrity import DataDefect, after_clipping, data_defects, merged
 from .selection.omnibus_test import omnibus_test
@@ -236,7 +236,7 @@ def _rotor_or_effects(
         return of_rotor(base, plane, rotor, pool, searched=True)
 
     untried = beside.untried(base)
-    if untried is not None and not is_quiet(base) and may_be_imitated(found.best):
+    if untried is not None and not base.leaves_noise and may_be_imitated(found.best):
         # The evidence for each torque takes longer than the rotor, and only a rotor that leaves more needs it.
         progress("a rotor of five degrees of freedom", 0.8)
         by_errors = by_rotor(untried, found.best, "explained")

@@ -36,7 +36,7 @@ def rotor_of(
         declared = fit_jointly(prepared, Hypothesis(model), pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
-    if not plane.leaves and is_quiet(declared):
+    if not plane.leaves and declared.leaves_noise:
         return None
     rotor = manufacturing_error(declared, pool, leaving_noise=not plane.leaves)
     driven = any(s.shot.rotor is not None and s.shot.rotor.drive is not None for s in prepared)
@@ -69,13 +69,13 @@ class RotorBeside:
     def untried(self, base: JointFit) -> PlaneTest | None:
         """The test of the plane, where no rotor was sought beforehand that one angle with this fit could need."""
         plane = self._plane
-        if plane is None or plane.leaves or (plane.may_leave and not is_quiet(base)):
+        if plane is None or plane.leaves or (plane.may_leave and not base.leaves_noise):
             return None
         return plane
 
     def begin(self, base: JointFit) -> None:
         """The search begins beside the present one, if it may be needed."""
-        if self._begun is None and self.untried(base) is not None and not is_quiet(base) and few_jewels(base):
+        if self._begun is None and self.untried(base) is not None and not base.leaves_noise and few_jewels(base):
             self._begun = base, self._thread.submit(manufacturing_error, base, self._beside, leaving_noise=True)
 
     def of(self, base: JointFit) -> ManufacturingError | None:
@@ -110,8 +110,3 @@ def _without_drive(prepared: PreparedShot) -> PreparedShot:
     said = "the recorded drive does not explain the motion, so that each motion begins in any state"
     rotor = replace(known, drive=None, assumed=(*known.assumed, said))
     return replace(prepared, shot=replace(prepared.shot, rotor=rotor))
-
-
-def is_quiet(fit: JointFit) -> bool:
-    """One angle leaves hardly more than noise."""
-    return fit.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof

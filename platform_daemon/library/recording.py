@@ -161,7 +161,8 @@ def from_arrays(
     """A recording from arrays: one of dmdt, voltage and angle_rad, which begin when the excitation has ended.
 
     Args:
-        time_s: (n,) s, without holes; where it leaves an even clock the samples are interpolated, and a note says so.
+        time_s: (n,) s, without holes, of which only an angle may have some: its longest stretch without one is taken;
+            where it leaves an even clock the samples are interpolated; notes say so.
         dmdt: (3, n) or (frames, 3, n), A m^2/s on the world axes x, y, z.
         voltage: (channels, n) or (frames, channels, n), V.
         angle_rad: (n,), rad.

@@ -59,20 +59,18 @@ def signal_of(
     variant: str | None = None,
     sensitivity: ArrayLike | None = None,
     where: str = "arrays",
-    longest_stretch: bool = False,
 ) -> Recording | AngleSeries:
     """A signal over time, which begins when the excitation has ended.
 
     Args:
-        time_s: (n,) s, without holes; samples whose stamps are shuffled are sorted, those whose stamps leave an even
-            clock are interpolated, and a note says so.
+        time_s: (n,) s, but for an angle without holes, of which the longest stretch without one is taken; samples whose
+            stamps are shuffled are sorted, those whose stamps leave an even clock are interpolated; notes say so.
         samples: in SI: dm/dt in A m^2/s on the world axes (3, n), voltages in V (channels, n), both also (frames, ..,
             n), or an angle in rad (n,).
         quantity: what the samples are.
         variant: bearing of the resonator, thread or jewel; None: not said.
         sensitivity: of voltages, (channels, 3) T/A, with which they become dm/dt; None: unknown.
         where: what errors call the arrays.
-        longest_stretch: of an angle whose time has holes, take the longest stretch without one, and say so.
 
     Raises InputError for arrays of another shape, samples that are no finite numbers, a time with holes, or angles in
     degrees; RecordingError for a sensitivity that does not fit.
@@ -84,7 +82,7 @@ def signal_of(
     sorting = order_of(time) if time.shape == values.shape[-1:] else None
     if sorting is not None:
         time, values = time[sorting[0]], values[..., sorting[0]]
-    stretch, clock = _even_stretch(time, values.shape[-1], where, holes=longest_stretch and quantity == "angle")
+    stretch, clock = _even_stretch(time, values.shape[-1], where, holes=quantity == "angle")
     time, values = time[stretch], values[..., stretch]
     bad = np.argwhere(~np.isfinite(values))
     if len(bad):

@@ -156,7 +156,7 @@ def read_columns(path: Path, columns: Columns | None = None) -> Recording | Angl
     _refuse_signs(table, names, columns.unit, path)
     if quantity == "angle" and signal.ndim == 2 and signal.shape[0] > 1 and signal.shape[1] == stamps.size:
         raise _several_angles([each for name in names for each in _parts(name, _column(table, name, path))], path)
-    read = signal_of(time_s, signal, quantity, where=str(path), longest_stretch=True)
+    read = signal_of(time_s, signal, quantity, where=str(path))
     return replace(read, size_bytes=path.stat().st_size) if isinstance(read, Recording) else read
 
 

@@ -57,24 +57,20 @@ def own_strengths(found: Selection, final: JointFit, after: CrossValidation, poo
         return None
     accepted = [c for c in final.hypothesis.torques if _possible(c)]
     freed = _grown(final, accepted, count - 1, found.trials, pool)
-    if freed is None and not _quiet(final):
+    if freed is None and not final.leaves_noise:
         possible = [t.candidates[0] for t in found.tried if _possible(t.candidates[0])]
         freed = _grown(found.base, possible, count, found.trials, pool)
-    if freed is None or not (_quiet(freed[0]) or freed[0].chi2 < _LIMITS.own_strength_share * final.chi2):
+    if freed is None or not (freed[0].leaves_noise or freed[0].chi2 < _LIMITS.own_strength_share * final.chi2):
         return None
     fit, own = freed
     held_out = cross_validate(fit, pool)
-    worse = held_out.worse_by(after) >= 0.0 if _quiet(fit) else held_out.total.nrmse >= after.total.nrmse
+    worse = held_out.worse_by(after) >= 0.0 if fit.leaves_noise else held_out.total.nrmse >= after.total.nrmse
     return None if worse else _told(found, final, fit, own, held_out, pool)
 
 
 def _possible(c: Candidate) -> bool:
     """A torque of one strength of its own, which may be a term of a model."""
     return c.term is not None and not c.of and c.size == 1 and not c.term.timed
-
-
-def _quiet(at: JointFit) -> bool:
-    return at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
 
 
 def _grown(

@@ -10,6 +10,7 @@ from scipy.stats import ncx2
 
 from platform_daemon.diagnosis.effects.additive import SIDE_MODE
 from platform_daemon.diagnosis.effects.effect import Candidate
+from platform_daemon.diagnosis.effects.kick import KICK
 from platform_daemon.diagnosis.regression.cross_validation import CrossValidation
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.report_schema import DiagnosisVerdict
@@ -92,11 +93,12 @@ def _doubts(
         yield "one effect only mends what a much larger one does not quite explain"
     # Effects together imitate anything: three of them, or two that others could replace.  Several kicks are one kind of
     # effect, and each is seen at its own instant.
-    kinds = {n.candidate.effect for n in together}
+    kicks = sum(n.candidate.effect is KICK for n in together)
+    count = len(together) - max(kicks - 1, 0)
     replaceable = any(
         r.candidate.effect is not n.candidate.effect and r.second is None for n in together for r in n.confounders
     )
-    if len(kinds) > _LIMITS.believed_effects or (len(kinds) > 1 and (replaceable or _chance_of_rest(found) < LEVEL)):
+    if count > _LIMITS.believed_effects or (count > 1 and (replaceable or _chance_of_rest(found) < LEVEL)):
         yield f"{len(together)} effects together may imitate one that has no name here"
     if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.confounders):
         yield "these data cannot tell whether the motion, the receiver or an additive signal is the cause"

@@ -72,6 +72,11 @@ class JointFit:
         """1 if nothing but the measured noise is left."""
         return self.chi2 / self.dof
 
+    @property
+    def leaves_noise(self) -> bool:
+        """Nothing but noise is left, as far as its size tells."""
+        return self.chi2_per_dof < _LIMITS.noise_chi2_per_dof
+
     @cached_property
     def noise_factor(self) -> float:
         """The divisor of gains of chi^2 where the residual is larger than the measured noise.

@@ -149,8 +149,8 @@ class WindowDifference:
 
     @property
     def sigma(self) -> float:
-        """How many of its errors it is."""
-        return abs(self.value) / self.std
+        """How many of its errors it is; infinite where the shots differ by exactly the same."""
+        return abs(self.value) / self.std if self.std > 0.0 else math.inf
 
 
 def window_differences(at: JointFit, pool: Executor) -> dict[str, WindowDifference]:

@@ -21,14 +21,13 @@ from .significance import LEVEL, log_chance
 _LIMITS = THRESHOLDS.selection
 
 
-def with_further_kicks(fits: Sequence[JointFit], smaller: JointFit, pool: Executor) -> list[JointFit]:
+def with_further_kicks(fits: Sequence[JointFit], smaller: JointFit | None, pool: Executor) -> list[JointFit]:
     """Fits of a size, the best first, and the best of them with a kick, and the best smaller one, with all their kicks.
 
-    smaller: the best fit with one effect less; one of the declared model is not tried, since its kicks are among the
-    fits.
+    smaller: the best fit with one effect less; None: of the declared model, whose kicks are among the fits, or tried.
     """
     begun = [f for f in fits if _count(f)][:1]
-    if smaller.hypothesis.effects and not _count(smaller):
+    if smaller is not None and not _count(smaller):
         begun.append(smaller)
     found = [f for at in begun if (f := _with_all_kicks(at, pool)) is not at]
     return sorted([*fits, *found], key=lambda f: f.chi2)
@@ -41,7 +40,7 @@ def _with_all_kicks(at: JointFit, pool: Executor) -> JointFit:
     also imitate a law of the amplitude: what they leave then is no noise.
     """
     begun = at
-    while _count(at) < _LIMITS.most_kicks and not _quiet(at):
+    while _count(at) < _LIMITS.most_kicks and not at.leaves_noise:
         found = [f for c in kicks(at) if (f := allowed_refit(at.hypothesis.plus(c), at, pool)) is not None]
         if not found:
             break
@@ -50,11 +49,7 @@ def _with_all_kicks(at: JointFit, pool: Executor) -> JointFit:
         if log_chance((at.chi2 - more.chi2) / max(1.0, more.chi2_per_dof), 1, trials) >= LEVEL:
             break
         at = more
-    return at if _quiet(at) and not kick_missing(at) and signs_allowed(at) else begun
-
-
-def _quiet(at: JointFit) -> bool:
-    return at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
+    return at if at.leaves_noise and not kick_missing(at) and signs_allowed(at) else begun
 
 
 def _count(at: JointFit) -> int:

@@ -48,16 +48,16 @@ def select_effects(
         LostTrajectoryError: the declared model itself describes no oscillation.
     """
     angle = base.prepared[0].shot.record.quantity == "angle"
-    if not angle or _quiet(base):
+    if not angle or base.leaves_noise:
         found = StepwiseSearch(base, list(candidates), pool, progress, on_larger_sets=on_larger_sets).run(base)
         quieter = _at_its_own_noise(base, found.best, pool) if angle else None
         if quieter is None:
             return found
         base = quieter
-        if _quiet(base):
+        if base.leaves_noise:
             return StepwiseSearch(base, list(candidates), pool, progress).run(base)
     sets, beside = _AngleSearch(base, candidates, pool, progress).run()
-    quieter = _at_its_own_noise(base, beside.best, pool) if _quiet(beside.best) else None
+    quieter = _at_its_own_noise(base, beside.best, pool) if beside.best.leaves_noise else None
     if quieter is not None:
         with suppress(LostTrajectoryError, np.linalg.LinAlgError):
             again = _AngleSearch(quieter, candidates, pool, progress).run(_oscillations(beside.best))
@@ -139,7 +139,7 @@ class _AngleSearch:
 
     def _beside(self, torques: JointFit, explained: JointFit | None = None) -> Selection:
         """What acts beside a set of torques; where little is left, torques too, for linear scores are right there."""
-        offered = [c for c in self._candidates if (c.term is None and c.change is None) or _quiet(torques)]
+        offered = [c for c in self._candidates if (c.term is None and c.change is None) or torques.leaves_noise]
         return StepwiseSearch(self._base, offered, self._pool, self._progress, explained).run(torques)
 
     def _again(self, sets: TorqueSearch, found: Selection) -> tuple[TorqueSearch, Selection] | None:
@@ -156,7 +156,7 @@ class _AngleSearch:
         if known is None:
             return None
         self._judged_beside = len(lines)
-        if _quiet(known):
+        if known.leaves_noise:
             more = self._beside(start, known)
             more = replace(more, best=lines_in_place(more.best, self._pool))
             return (sets, more) if self._better(more.best, found.best) else None
@@ -170,7 +170,7 @@ class _AngleSearch:
         """The best fit if it has any; else those that are sure beside the next set of torques, which was not."""
         if _oscillations(best):
             return best
-        if _quiet(best) or sets.next_larger is None:
+        if best.leaves_noise or sets.next_larger is None:
             return None
         beside = self._beside(sets.next_larger).best
         return beside if _oscillations(beside) else None
@@ -182,14 +182,9 @@ class _AngleSearch:
         if _effects(one) == _effects(other):
             return True
         scores = [cross_validate(at, self._pool) for at in (one, other)]
-        if _quiet(one):
+        if one.leaves_noise:
             return scores[1].worse_by(scores[0]) > 0.0
         return scores[0].total.nrmse < _LIMITS.helping_ratio * scores[1].total.nrmse
-
-
-def _quiet(at: JointFit) -> bool:
-    """So little is left that linear scores are right for torques too."""
-    return at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
 
 
 def _oscillations(at: JointFit) -> list[Candidate]:

@@ -79,7 +79,9 @@ def best_torques(
             break
         grown = leaders if size > 2 else sorted(known.values(), key=lambda f: f.chi2)
         allowed = _allowed(_sets(grown, [*candidates, *_kicked(best.fitted)], known, size), pool)
-        allowed = with_further_kicks(allowed, best.fitted, pool)
+        # A best set of a size before that was tried with its kicks then.
+        grows = _keys(best.fitted) and len(_keys(best.fitted)) == size - 1
+        allowed = with_further_kicks(allowed, best.fitted if grows else None, pool)
         known |= {_keys(f): f for f in reversed(allowed)}
         best = _better(best, allowed, trials, pool)
         rejected = min([f for f in (rejected, *allowed[:1]) if f is not None], key=lambda f: f.chi2, default=None)
@@ -89,7 +91,7 @@ def best_torques(
     return TorqueSearch(
         best=best.fitted,
         rejected=rejected if far_better else None,
-        others=() if _quiet(best.fitted) else alternatives(best.fitted, list(known.values())),
+        others=() if best.fitted.leaves_noise else alternatives(best.fitted, list(known.values())),
         next_larger=min(larger, key=lambda f: f.chi2, default=None),
     )
 
@@ -117,11 +119,7 @@ def _kicked(at: JointFit) -> list[Candidate]:
 
 def _complete(at: JointFit) -> bool:
     """Nothing but noise is left: a larger set would explain noise."""
-    return bool(_keys(at)) and _quiet(at)
-
-
-def _quiet(at: JointFit) -> bool:
-    return at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
+    return bool(_keys(at)) and at.leaves_noise
 
 
 def _keys(at: JointFit) -> frozenset[object]:
@@ -233,7 +231,7 @@ def _parameters(at: JointFit) -> int:
 
 def _predicts(smaller: TorqueSet, larger: TorqueSet) -> bool:
     """Better on held-out data; where nothing but noise is left, no worse is enough, for noise is all that is scored."""
-    if _quiet(larger.fitted):
+    if larger.fitted.leaves_noise:
         return larger.held_out.worse_by(smaller.held_out) < 0.0
     patched = _keys(smaller.fitted) and _patches(larger.fitted, smaller.fitted)
     return larger.error < smaller.error * (1.0 / _LIMITS.alternative_misfit if patched else _LIMITS.helping_ratio)
