@@ -98,7 +98,10 @@ def diagnosed_resonator(variant: str, seed: int, shots: int) -> Row:
     effects = drawn_effects(variant, np.random.default_rng([11, seed]))
     data, truths = shots_with(variant, effects, shots, seed=seed, rx_s=_RX_S[variant])
     began = time.perf_counter()
-    report = diagnosis_report(diagnose_shots(data, model_named(variant)))
+    found = diagnose_shots(data, model_named(variant))
+    report = diagnosis_report(found)
+    left_out = {one.shot.name for one in found.refused}
+    truths = [t for shot, t in zip(data, truths, strict=True) if shot.name not in left_out]
     truth = {name: float(np.mean([t[name] for t in truths])) for name in _COMPARED if truths[0].get(name) is not None}
     return Row(effects, report, truth, time.perf_counter() - began)
 
