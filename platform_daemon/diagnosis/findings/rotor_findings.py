@@ -197,8 +197,10 @@ def plane_notes(plane: PlaneTest | None, shots: Sequence[DiagnosisShot]) -> tupl
         return ()
     low, high = (f"{100.0 * end(plane.share):.2g}" for end in (min, max))
     size = low if low == high else f"{low} to {high}"
+    seen, count = len(plane.share), len(plane.shots)
+    where = "every shot" if seen == count else f"{seen} of {count} shots, in the others too little to be seen"
     text = (
-        f"the motion leaves its plane in every shot: along the main axis stands {size} % of the signal, "
+        f"the motion leaves its plane in {where}: along the main axis stands {size} % of the signal, "
         "which one angle cannot hold"
     )
     known = all(s.rotor is not None for s in shots)

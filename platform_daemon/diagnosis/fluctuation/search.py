@@ -7,7 +7,8 @@
 
 A law that depends on the angle, the speed or on time gives all shots nearly the same course, which is smooth, for it
 follows the amplitude; a fluctuation does not: one course for all shots must be less likely than a course for each of
-them, and clearly so where it is smooth.  One shot alone does not tell them apart.
+them, and clearly so where it is smooth.  Where one course over the amplitude is as good as a course for each, the
+search ends before its costly fits.  One shot alone does not tell them apart.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ from .common_effects import common_effects
 from .course_fit import CourseFit, fit_course, linearise_course
 from .first_look import differs_from_shot_to_shot
 from .fluctuating import Fluctuating
+from .law_of_amplitude import of_one_course_of_amplitude
 from .process import CourseInformation, CourseProcess, LikeliestProcess, likeliest_process
 
 _LIMITS = THRESHOLDS.fluctuation
@@ -96,6 +98,8 @@ def _found(
     if not _is_noise(base, fits):
         return None
     likeliest, unit, information = _process(fits, what, _first_process(base))
+    if _is_surely_law(base, what, likeliest, information):
+        return None
     states = _with_process([f.state for f in fits], what, likeliest.process, unit)
     hypothesis, strengths = common_effects(base, states, candidates, pool)
     for _ in range(_LIMITS.most_passes):
@@ -112,6 +116,18 @@ def _found(
     if not noise or not likeliest.sure or _may_be_law(what, likeliest, information):
         return None
     return FoundFluctuation(what=what, likeliest=likeliest, unit=unit, joint_fit=at)
+
+
+def _is_surely_law(
+    base: JointFit, what: Fluctuating, likeliest: LikeliestProcess, information: Sequence[CourseInformation]
+) -> bool:
+    """One course for all shots, over time or over the amplitude, leaves nothing to the shots' own: the courses with
+    which a search begins still contain what the shots have in common, so that little may be left."""
+    one = [CourseInformation.of_one_course(information)]
+    with suppress(LostTrajectoryError, ValueError):
+        one.append(of_one_course_of_amplitude(base, information))
+    found = [likeliest_process([each], likeliest.process, what.largest).log_likelihood for each in one]
+    return max(found) > _LIMITS.sure_law_share * likeliest.log_likelihood
 
 
 def _may_be_law(what: Fluctuating, likeliest: LikeliestProcess, information: Sequence[CourseInformation]) -> bool:

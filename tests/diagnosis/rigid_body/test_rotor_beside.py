@@ -8,7 +8,7 @@ import pytest
 
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
-from platform_daemon.diagnosis.rigid_body.plane_test import PlaneTest
+from platform_daemon.diagnosis.rigid_body.plane_test import PlaneTest, ShotInPlane
 from platform_daemon.diagnosis.rotor_search import RotorBeside
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
@@ -23,7 +23,7 @@ from tests.kit.rigid_rotors import rigid_specimen
 RATE_HZ, SAMPLES, TILT_RAD = 12000.0, 2400, 0.03
 SD = np.array([14e-3, 21e-3, 55e-3])
 DRIVE = CoilDrive(field_t=(4.9e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=0.047, rx_start_s=0.058)
-IN_ITS_PLANE, LEAVES_IT = (PlaneTest(ratio=(r,), sd=(0.01,), share=(0.01,)) for r in (1.0, 2.0))
+IN_ITS_PLANE, LEAVES_IT = (PlaneTest(shots=(ShotInPlane(ratio=r, sd=0.01, signal=100.0),)) for r in (1.0, 2.0))
 
 
 @pytest.fixture(scope="module")
