@@ -33,11 +33,11 @@ from platform_daemon.estimation.rotor_fit.parameters import (
     KNOWN_WITH_A_DEFECT,
     OFF_DRAWING,
     Defect,
-    free_parameters,
 )
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 
 from .each_shot import each_alone
+from .exchange import as_far_from
 from .held_out import HeldOutRotor, held_out_ends
 from .rotor_shots import rotor_shots
 from .search import defect_of, ranked, rise, total_chi2
@@ -295,20 +295,11 @@ def _together_instead(joint: RotorFit, first: RotorFit, rival: RotorFit, pool: E
 
     Raises RotorFitError.
     """
-    one, other = first.values[0], rival.values[0]
-    turn = first.shots[0].rotor(one).rotation.T @ rival.shots[0].rotor(other).rotation
-    size = rival.strength[0] * joint.strength[0] / first.strength[0]
+    scale = joint.strength[0] / first.strength[0]
     begun = []
     for shot, v in zip(joint.shots, joint.values, strict=True):
-        moved = {
-            p.name: p.moved(getattr(other, p.name), p.apart(getattr(one, p.name), getattr(v, p.name)))
-            for p in free_parameters(shot.geometry, (), shot.start)
-        }
-        as_far = other.with_numbers({**moved, **v.start, defect_of(rival): size})
-        rotation = shot.rotor(v).rotation @ turn
-        begun.append(
-            replace(shot, values=replace(as_far, rotation=rotation, turn_u_rad=0.0, turn_v_rad=0.0, turn_w_rad=0.0))
-        )
+        values = as_far_from(v, first, rival, shot=shot, scale=scale)
+        begun.append(replace(shot, values=values.with_numbers(v.start)))
     return fit_rotor(begun, rival.defect, pool, first_window_s=_LIMITS.exchange_window_s, whole=False, predicts=False)
 
 

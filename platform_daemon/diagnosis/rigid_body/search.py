@@ -19,15 +19,15 @@ from platform_daemon.estimation.rotor_fit.fit import (
     RotorFit,
     RotorFitError,
     Stage,
-    exchanged,
     fit_rotor,
     longest_s,
     windows_s,
 )
-from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, OFF_DRAWING, Defect, free_parameters
+from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, OFF_DRAWING, Defect
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
+from .exchange import fits_instead
 from .starts import Start, starts_of
 
 _LIMITS = THRESHOLDS.rigid_body
@@ -156,21 +156,21 @@ def ranked(
         starts = [Start(c.defect, c.fit.values[0], c.known) for c in field]
     begun = field[0] if field else None
     early = _missing(field) if field else []
-    tasks: list[Callable[[], Sequence[RotorFit | None]]] = [partial(_fits, shot, longest, starts, pool, whole=True)]
-    for defect in early:
-        tasks.append(partial(_late, shot, field[0], defect, pool))
-    fits, *late = beside_each_other(lambda task: task(), tasks, at_once=len(tasks))
+    tasks: list[Callable[[], Sequence[RotorFit | None]]] = [
+        partial(_fits, shot, longest, starts, pool, whole=True),
+        partial(_late, shot, field, early, pool),
+    ]
+    fits, late = beside_each_other(lambda task: task(), tasks, at_once=len(tasks))
     field = _narrowed(fits, starts, field, longest, most_chi2_per_dof)
     best: dict[tuple[Defect, ContactLaw, bool], RotorFit] = {}
     for c in field:
         best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
-    near = [f for some in late for f in some if f is not None and rise(f, field[0].fit) < _RIVAL_CHI2]
+    near = [f for f in late if f is not None and rise(f, field[0].fit) < _RIVAL_CHI2]
     # Where the last window excludes the former best one, what began from that proves nothing by being far off.
     same = begun is not None and any(begun.alike(c) for c in field)
     tried = {f.defect for f in near} | (set(early) if same else set())
     astray = [defect for defect in _missing(field) if defect not in tried]
-    again = beside_each_other(lambda defect: _late(shot, field[0], defect, pool), astray)
-    near += [f for some in again for f in some if rise(f, field[0].fit) < _RIVAL_CHI2]
+    near += [f for f in _late(shot, field, astray, pool) if rise(f, field[0].fit) < _RIVAL_CHI2]
     near += once_more_from_late(shot, field[0], near, pool)
     return _apart([*best.values(), *near])
 
@@ -192,8 +192,14 @@ def once_more_from_late(shot: RotorShot, found: Contestant, late: Sequence[Rotor
     if rise(found.fit, best) < THRESHOLDS.selection.told_apart_chi2:
         return []
     leader = Contestant(best, found.known, best.stages)
-    others = [defect for defect in DEFECTS if defect != best.defect]
-    return [f for some in beside_each_other(lambda d: _late(shot, leader, d, pool), others) for f in some]
+    return _late(shot, [leader], [defect for defect in DEFECTS if defect != best.defect], pool)
+
+
+def _late(shot: RotorShot, field: Sequence[Contestant], missing: Sequence[Defect], pool: Executor) -> list[RotorFit]:
+    """The whole shot with other errors, that begin from the best of a field; none if that finds no such rotor."""
+    if not field:
+        return []
+    return fits_instead(replace(field[0].fit, shots=(shot,), stages=field[0].stages), missing, pool)
 
 
 def _missing(field: Sequence[Contestant]) -> list[Defect]:
@@ -323,62 +329,6 @@ def _fitted(
         )  # fmt: skip
     except RotorFitError:
         return None
-
-
-def _late(shot: RotorShot, found: Contestant, missing: Defect, pool: Executor) -> list[RotorFit]:
-    """The whole shot with another error, that begins from the one that explains it; none if it finds no such rotor.
-
-    It is settled only as far as comparing it needs, and what it predicts begins with its last window before the whole.
-    """
-    leader = replace(found.fit, shots=(shot,), stages=found.stages)
-    try:
-        again = replace(shot, values=_instead(leader, missing, found.known, pool))
-        first_s = FIT_LIMITS.rigid_rotor.window_growth * _LIMITS.exchange_window_s
-        return [
-            fit_rotor(
-                [again], missing, pool, first_window_s=first_s, whole=False, known=[found.known], beside=leader,
-                predicts=False,
-            )
-        ]  # fmt: skip
-    except RotorFitError:
-        return []
-
-
-def _instead(found: RotorFit, rival: Defect, known: RotorValues, pool: Executor) -> RotorValues:
-    """Values with another error, which grows in a short window while the one that was found falls in parts.
-
-    At once it would be far off: f_nat goes with the square of each.  Raises RotorFitError.
-    """
-    shot, gone = found.shots[0], defect_of(found)
-    part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.exchange_window_s)], values=found.values[0])
-    part_size = _LIMITS.exchange_part_m if gone == "lateral_displacement_m" else _LIMITS.exchange_part_rad
-    parts = min(_LIMITS.exchange_parts, max(1, math.ceil(abs(found.strength[0]) / part_size)))
-    by = found.strength[0] / parts
-    fit = fit_rotor([part], gone, pool, first_window_s=math.inf, whole=False, known=[known])
-    free = free_parameters(shot.geometry, (rival,), shot.start)
-    bent, before = dict.fromkeys((p.name for p in free), 0.0), math.inf  # by which the part before left its tangent
-    for _ in range(parts):
-        size = min(by, getattr(fit.values[0], gone), key=abs)
-        (straight,) = exchanged(fit, rival, pool, gone=gone, by=size)
-        again = (size / before) ** 2
-        curved = straight.with_numbers({p.name: p.moved(getattr(straight, p.name), again * bent[p.name]) for p in free})
-        fit = _first_that_fits(part, (curved, straight), rival, known, pool)
-        bent = {p.name: p.apart(getattr(straight, p.name), getattr(fit.values[0], p.name)) for p in free}
-        before = size or math.inf
-    return fit.values[0].with_numbers({gone: 0.0})
-
-
-def _first_that_fits(
-    part: RotorShot, starts: Sequence[RotorValues], defect: Defect, known: RotorValues, pool: Executor
-) -> RotorFit:
-    """Raises RotorFitError."""
-    for values in starts[:-1]:
-        with suppress(RotorFitError):
-            return fit_rotor(
-                [replace(part, values=values)], defect, pool, first_window_s=math.inf, whole=False, known=[known]
-            )
-    begun = replace(part, values=starts[-1])
-    return fit_rotor([begun], defect, pool, first_window_s=math.inf, whole=False, known=[known])
 
 
 def total_chi2(fit: RotorFit) -> float:

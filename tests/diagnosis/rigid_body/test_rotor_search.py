@@ -1,7 +1,7 @@
 """A recording whose drive is not the one that was played, and a fit that ended above its minimum."""
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -47,17 +47,25 @@ def test_a_recorded_drive_that_was_not_played_is_left_out_and_the_tilt_is_right(
     assert [("recorded drive" in note) for note in notes] == [True] * doubted
 
 
+@dataclass(frozen=True)
+class _Fit:
+    defect: str
+    total_chi2: float
+    chi2_per_dof: float = 1.0
+    shots: tuple = ()
+    stages: tuple = ()
+
+
 @pytest.mark.parametrize(("late_chi2", "again"), [(99_000.0, 2), (99_995.0, 0), (100_005.0, 0)])
 def test_errors_begin_once_more_from_one_that_shows_that_the_best_was_no_minimum(late_chi2, again, monkeypatch):
-    def fit(defect, chi2):
-        return SimpleNamespace(defect=defect, total_chi2=chi2, chi2_per_dof=1.0, stages=(defect,))
-
+    fit = _Fit
     tried = []
     monkeypatch.setattr(
-        search, "_late", lambda _shot, leader, defect, _pool: tried.append((leader, defect)) or [defect]
+        search, "fits_instead", lambda leader, rivals, _pool: tried.extend((leader, r) for r in rivals) or rivals
     )
     found = search.Contestant(fit("stator_tilt_rad", 1e5), SimpleNamespace())
     late = [fit("lateral_displacement_m", 100_002.0), fit("bearing_tilt_rad", late_chi2)]
-    more = search.once_more_from_late(SimpleNamespace(), found, late, SimpleNamespace())
+    shot = SimpleNamespace()
+    more = search.once_more_from_late(shot, found, late, SimpleNamespace())
     assert more == [defect for _, defect in tried] == ["stator_tilt_rad", "lateral_displacement_m"][:again]
-    assert all((leader.fit, leader.stages) == (late[1], ("bearing_tilt_rad",)) for leader, _ in tried)
+    assert all((leader.defect, leader.shots) == ("bearing_tilt_rad", (shot,)) for leader, _ in tried)
