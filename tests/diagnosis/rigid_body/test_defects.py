@@ -123,7 +123,7 @@ def test_a_plan_to_which_no_step_follows_is_left_out_and_the_others_are_not(pool
     before = {p.measurement.key: p.expected_sigma for p in parting(rotor, pool)}
 
     def strong(shot):
-        return replace(shot, drive=replace(shot.drive, field_t=(3e-3, 0.0, 0.0)))
+        return replace(shot, drive=replace(shot.drive, field_t=(4e-3, 0.0, 0.0)))
 
     planned = strong(rotor.fit.shots[0])
     planned.rotor(rotor.fit.values[0]).dm_dt(SAMPLES, RATE_HZ)  # the named rotor is followed there
