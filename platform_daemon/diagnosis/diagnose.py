@@ -18,7 +18,7 @@ from .findings.missing_torque import missing_torque
 from .findings.moving_parameters import moving_parameters
 from .findings.negligible_effects import NegligibleEffect, negligible_effects
 from .findings.next_measurements import proposals
-from .findings.notes import errors_of_what_is_left, notes, two_in_place_notes, undecided
+from .findings.notes import notes, two_in_place_notes, undecided
 from .findings.own_strengths import OwnStrengths, own_strengths
 from .findings.rotor_findings import (
     leaves_less,
@@ -277,10 +277,10 @@ def _of_effects(
     wider, side_modes = with_side_modes(spanned, first, model)
     wider, weight = with_undeclared_weight(wider, final)
     declared, apart = window_differences(found.base, pool), window_differences(final, pool)
-    narrow = wider
+    left = list[str]()
     if verdict in ("unexplained", "partly_explained"):
         # Where what is left is so much that not both windows can be fitted, the declared model has to tell.
-        wider = with_what_is_left(wider, final, apart or declared)
+        wider, left = with_what_is_left(wider, final, apart or declared)
     return Diagnosis(
         shots=(),
         refused=(),
@@ -315,7 +315,7 @@ def _of_effects(
             *(one.note for one in small[:1]),
             *searched.doubts,
             *undecided(exact, spanned),
-            *errors_of_what_is_left(narrow, wider),
+            *left,
             *side_modes,
             *weight,
         ),

@@ -38,10 +38,12 @@ class Fluctuation:
     settled_log: float = 0.05  # change of the process's logarithms at which the turns end [unset]
     # of the log likelihood of a course for each shot, from which on one course for all is as good: a law [unset]
     law_share: float = 0.85
-    # The same of the courses with which a search begins, before their costly fits.  Two jewels with a tilt or shift
-    # and shots of two fields had 0.999999, laws of losses 0.99988 to 1.01, eight drawn fluctuations 0.28 to 0.95, and
-    # one of 5 % beside a damping that leaves eight hundred times the noise 0.99972 [test_law_of_amplitude]
+    # The same of the smooth courses with which a search begins, before their costly fits, and the difference of the log
+    # likelihoods below which one course is a law.  Two jewels with a tilt or shift and shots of two fields had 0.999999
+    # and 3, laws of losses 0.99988 to 1.01 and up to 640; a fluctuation of 5 % beside a damping that leaves eight
+    # hundred times the noise 0.99972 and 5800, beside one four times as strong 0.9999 and 1700 [test_law_of_amplitude]
     sure_law_share: float = 0.9999
+    sure_law_log: float = 1000.0  # see there [test_law_of_amplitude]
     any_law_share: float = 1.0  # the same of a course that changes sooner than a law does [unset]
     # of the window: a law follows the amplitude, which falls all along it; its course does not change sooner.
     # Likeliest correlation times of three laws of Stribeck took 0.7 to 0.9 of it, those of ten drawn fluctuations 0.01

@@ -11,11 +11,17 @@ from platform_daemon.estimation.physics.rigid_rotor.contact_law import ContactLa
 class RigidBody:
     """When a motion leaves its plane, and when a manufacturing error explains it."""
 
-    plane_sigma: float = 8.0  # of the power along the main axis, in every shot [noise: 1e-15]
-    plane_hint_sigma: float = 2.5  # the same where one angle leaves more than noise [noise: 6e-3]
+    # of the power along the main axis: in every shot, or in one while the others may hide it [noise: 1e-15]
+    plane_sigma: float = 8.0
+    # the same in every shot where one angle leaves more than noise; also of what noise may hide [noise: 6e-3]
+    plane_hint_sigma: float = 2.5
+    plane_steepest: float = 8.0  # power of the swing with which the share along the axis may fall [unset]
     plane_rate: float = 8.0  # samples per period that are left: side modes and three harmonics [unset]
     plane_from: float = 0.3  # of f_nat, from which on the noise's level is read [unset]
-    plane_points: int = 24  # frequencies at which it is read [unset]
+    plane_peak: float = 0.5  # of f_nat: peaks of the noise that are narrower are lines of the motion [unset]
+    plane_stretch: int = 9  # frequencies in a stretch of a spectrum that stands out or not [unset]
+    plane_out_sigma: float = 4.0  # by which it does [noise: 1e-3]
+    plane_turns: int = 4  # in which the noise of the others is found [cost]
     plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
     start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
     start_m: float = 1e-4  # displacement, likewise [unset]
@@ -59,6 +65,7 @@ class RigidBody:
     kept_swing: float = 0.03
     swing_periods: float = 10.0  # periods of a stretch in which the swing's size is read [unset]
     exchange_window_s: float = 0.4  # s in which an error takes the place of another one [unset]
+    exchange_most_ratio: float = 2.0  # of an error's size in a long window over that in the short one [unset]
     exchange_parts: int = 4  # in which it does at most [cost]
     exchange_part_rad: float = 0.009  # of a tilt that falls at once [unset]
     exchange_part_m: float = 5e-5  # of a displacement that falls at once [unset]

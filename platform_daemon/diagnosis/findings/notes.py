@@ -26,17 +26,6 @@ def undecided(exact: Mapping[str, Mean], spanned: Mapping[str, Mean]) -> list[st
     return [f"errors of {', '.join(names)} span what the look-alikes of the named effects would make of them"]
 
 
-def errors_of_what_is_left(before: Mapping[str, Mean], after: Mapping[str, Mean]) -> list[str]:
-    """Which constants have errors that contain what the shots were not explained by; before: without that."""
-    names = sorted(n for n, m in after.items() if m.std > _LIMITS.noted_growth * before[n].std)
-    if not names:
-        return []
-    return [
-        f"errors of {', '.join(names)} contain how far shots, or N50 and D30, are apart: the named effects do not "
-        "explain all of it"
-    ]
-
-
 def two_in_place_notes(named: Sequence[AcceptedEffect]) -> list[str]:
     """Where two torques fit better than the one that is named."""
     return [

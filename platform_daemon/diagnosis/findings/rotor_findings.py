@@ -198,7 +198,7 @@ def plane_notes(plane: PlaneTest | None, shots: Sequence[DiagnosisShot]) -> tupl
     low, high = (f"{100.0 * end(plane.share):.2g}" for end in (min, max))
     size = low if low == high else f"{low} to {high}"
     seen, count = len(plane.share), len(plane.shots)
-    where = "every shot" if seen == count else f"{seen} of {count} shots, in the others too little to be seen"
+    where = "every shot" if seen == count else f"{seen} of {count} shots, where it swings most"
     text = (
         f"the motion leaves its plane in {where}: along the main axis stands {size} % of the signal, "
         "which one angle cannot hold"

@@ -26,7 +26,7 @@ def of_one_course_of_amplitude(base: JointFit, shots: Sequence[CourseInformation
     base: the fit of the declared model, of which the amplitudes are; shots: of the same knots.  The course is twice as
     long as these, since the smaller swings go on where the largest one is at the end of its window.
 
-    Raises LostTrajectoryError, and ValueError for a torque that depends on time.
+    Raises LostTrajectoryError.
     """
     time_s, step_s = shots[0].time_s, float(shots[0].time_s[1])
     longer_s: Array = step_s * np.arange(2 * len(time_s), dtype=np.float64)

@@ -5,10 +5,11 @@
 2. Beside these courses the effects are chosen that all shots have in common, by linear steps.
 3. Courses and strengths are fitted in turn, each time with the likeliest random process.
 
-A law that depends on the angle, the speed or on time gives all shots nearly the same course, which is smooth, for it
-follows the amplitude; a fluctuation does not: one course for all shots must be less likely than a course for each of
-them, and clearly so where it is smooth.  Where one course over the amplitude is as good as a course for each, the
-search ends before its costly fits.  One shot alone does not tell them apart.
+A law of angle, speed or time gives all shots of one field nearly the same course over time, and shots of several fields
+nearly the same over the amplitude.  It is smooth, for it follows the amplitude.  A fluctuation is neither: one course
+for all shots must be less likely than a course for each of them, and clearly so where it is smooth.  Where a smooth one
+for all leaves all but nothing to each shot, the search ends before its costly fits.  One shot alone does not tell them
+apart.
 """
 
 from __future__ import annotations
@@ -113,7 +114,7 @@ def _found(
     at = fit_jointly(base.prepared, hypothesis, pool, states, strengths)  # with the process of the last turn
     at = _still_sure(at, float(len(candidates)), pool)
     noise = at.chi2_per_dof < THRESHOLDS.regression.noise_chi2_per_dof
-    if not noise or not likeliest.sure or _may_be_law(what, likeliest, information):
+    if not noise or not likeliest.sure or _may_be_law(base, what, likeliest, information):
         return None
     return FoundFluctuation(what=what, likeliest=likeliest, unit=unit, joint_fit=at)
 
@@ -121,21 +122,44 @@ def _found(
 def _is_surely_law(
     base: JointFit, what: Fluctuating, likeliest: LikeliestProcess, information: Sequence[CourseInformation]
 ) -> bool:
-    """One course for all shots, over time or over the amplitude, leaves nothing to the shots' own: the courses with
-    which a search begins still contain what the shots have in common, so that little may be left."""
-    one = [CourseInformation.of_one_course(information)]
-    with suppress(LostTrajectoryError, ValueError):
-        one.append(of_one_course_of_amplitude(base, information))
-    found = [likeliest_process([each], likeliest.process, what.largest).log_likelihood for each in one]
-    return max(found) > _LIMITS.sure_law_share * likeliest.log_likelihood
+    """One course for all shots, as smooth as that of a law, leaves all but nothing to each of them: the courses with
+    which a search begins still contain what the shots have in common, so that the rest may be small beside it."""
+    if not _is_smooth(likeliest, information):
+        return False
+    own = likeliest.log_likelihood
+    shared = _of_one_course(base, what, likeliest, information)
+    return shared > max(_LIMITS.sure_law_share * own, own - _LIMITS.sure_law_log)
 
 
-def _may_be_law(what: Fluctuating, likeliest: LikeliestProcess, information: Sequence[CourseInformation]) -> bool:
+def _may_be_law(
+    base: JointFit, what: Fluctuating, likeliest: LikeliestProcess, information: Sequence[CourseInformation]
+) -> bool:
     """One course for all shots is as likely as one for each, or nearly so where it is as smooth as that of a law."""
-    smooth = likeliest.process.tau_s > _LIMITS.smooth_share * float(information[0].time_s[-1])
-    law = likeliest_process([CourseInformation.of_one_course(information)], likeliest.process, what.largest)
-    limit = _LIMITS.law_share if smooth else _LIMITS.any_law_share
-    return not law.log_likelihood < limit * likeliest.log_likelihood
+    limit = _LIMITS.law_share if _is_smooth(likeliest, information) else _LIMITS.any_law_share
+    return not _of_one_course(base, what, likeliest, information) < limit * likeliest.log_likelihood
+
+
+def _is_smooth(likeliest: LikeliestProcess, information: Sequence[CourseInformation]) -> bool:
+    """A law follows the amplitude, which falls all along a ring-down: its course does not change sooner."""
+    return likeliest.process.tau_s > _LIMITS.smooth_share * float(information[0].time_s[-1])
+
+
+def _of_one_course(
+    base: JointFit, what: Fluctuating, likeliest: LikeliestProcess, information: Sequence[CourseInformation]
+) -> float:
+    """Log likelihood of one course for all shots: over time, or where it is smooth over the amplitude if that is
+    likelier.  A course over the amplitude that is not smooth could be another one for each shot, at its own amplitudes.
+    """
+
+    def found(one: CourseInformation) -> float:
+        return likeliest_process([one], likeliest.process, what.largest).log_likelihood
+
+    over_time = found(CourseInformation.of_one_course(information))
+    if base.hypothesis.model.time_dependent or not _is_smooth(likeliest, information):
+        return over_time
+    with suppress(LostTrajectoryError, np.linalg.LinAlgError):
+        return max(over_time, found(of_one_course_of_amplitude(base, information)))
+    return over_time
 
 
 def _still_sure(at: JointFit, trials: float, pool: Executor) -> JointFit:

@@ -175,22 +175,31 @@ def window_disagreement(at: JointFit, pool: Executor) -> dict[str, float]:
 
 def with_what_is_left(
     found: Mapping[str, Mean], at: JointFit, differences: Mapping[str, WindowDifference]
-) -> dict[str, Mean]:
-    """Parameters of shots that are not explained, whose errors say how far the resonator's constants may be off.
+) -> tuple[dict[str, Mean], list[str]]:
+    """Parameters of shots that are not explained, whose errors say how far the resonator's constants may be off, and
+    sentences that tell which errors contain what.
 
     What is not explained moves constants from shot to shot and from window to window.  The error of a mean is not below
     what the scatter says, and contains the difference of N50 and D30 where that is no chance.
     """
     names = {"f_nat_hz", "m_r_am2", *(c.name for c in at.hypothesis.model.coefficients)}
-    out = dict(found)
-    for name in names & out.keys():
+    out, by_scatter, by_windows = dict(found), list[str](), list[str]()
+    for name in sorted(names & out.keys()):
         m = out[name]
         std = m.std if m.scatter is None else max(m.std, m.scatter / math.sqrt(len(at.prepared)))
+        if std > m.std:
+            by_scatter.append(name)
         apart = differences.get(name)
         if apart is not None and apart.sigma > _LIMITS.windows_differ_sigma:
             std = math.hypot(std, apart.value)
+            by_windows.append(name)
         out[name] = replace(m, std=std)
-    return out
+    told = ((by_scatter, "the scatter from shot to shot"), (by_windows, "the difference of N50 and D30"))
+    return out, [
+        f"errors of {', '.join(some)} contain {what}, because not all of the motion is explained"
+        for some, what in told
+        if some
+    ]
 
 
 def _both(at: JointFit, k: int) -> tuple[FitResult, FitResult] | None:

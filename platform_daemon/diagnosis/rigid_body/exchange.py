@@ -4,7 +4,7 @@ At once it would be far off: f_nat goes with the square of each.  In a short win
 was found falls in parts; each part begins on the tangent, bent as the part before was.  The short window tells where
 the rival's valley lies beside the first one, but not where its floor ends: losses and creep, which only the whole
 ring-down tells, wander in it.  A fit of the whole therefore begins as far from the values of the first error's own long
-window as the two fits of the short window are apart.
+window as the two fits of the short window are apart: to first order, since these two sizes of an error hardly differ.
 """
 
 from __future__ import annotations
@@ -50,17 +50,19 @@ def fits_instead(leader: RotorFit, rivals: Sequence[Defect], pool: Executor) -> 
 def as_far_from(
     at: RotorValues, one: RotorFit, other: RotorFit, *, shot: RotorShot, scale: float | None = None
 ) -> RotorValues:
-    """Values that are as far from others as two fits of one shot with two errors are apart.
+    """Values that are as far from others as two fits of one shot with two errors are apart; logarithms, which wander in
+    a short window, by one bounded step at most.
 
     Args:
         at: with the error of `one`.
         one, other: of the same shot.
         shot: the one whose values they are.
-        scale: size of the other error over that of `other`; None: as the error of `at` is to that of `one`.
+        scale: size of the other error over that of `other`; None: as the error of `at` is to that of `one`, if that is
+            determined so that both are alike, else 1.
     """
     here, there = one.values[0], other.values[0]
     gone, rival = _defect_of(one), _defect_of(other)
-    times = getattr(at, gone) / getattr(here, gone) if scale is None else scale
+    times = _ratio(getattr(at, gone), getattr(here, gone)) if scale is None else scale
     moved = {
         p.name: p.moved(getattr(at, p.name), p.apart(getattr(here, p.name), getattr(there, p.name)))
         for p in free_parameters(shot.geometry, (), shot.start)
@@ -118,6 +120,12 @@ def _first_that_fits(
             return fit_rotor([begun], defect, pool, first_window_s=math.inf, whole=False, known=known)
     begun = replace(part, values=starts[-1])
     return fit_rotor([begun], defect, pool, first_window_s=math.inf, whole=False, known=known)
+
+
+def _ratio(size: float, short: float) -> float:
+    """Of an error's size in a long window over that in a short one; 1 where the short one does not tell it."""
+    most = _LIMITS.exchange_most_ratio
+    return size / short if abs(short) < most * abs(size) < most**2 * abs(short) and size * short > 0.0 else 1.0
 
 
 def _defect_of(fit: RotorFit) -> Defect:

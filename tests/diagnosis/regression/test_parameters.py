@@ -65,12 +65,17 @@ def test_what_is_not_explained_widens_the_errors_of_constants_alone(fitted):
         "lambda_per_s": WindowDifference(value=0.5, std=0.4),
         "phi_max_rad": WindowDifference(value=0.5, std=0.01),
     }
-    wider = with_what_is_left(scattered, fitted, apart)
+    wider, told = with_what_is_left(scattered, fitted, apart)
     by_scatter = 2e-3 / math.sqrt(len(fitted.prepared))
     assert wider["f_nat_hz"].std == pytest.approx(math.hypot(by_scatter, 0.5))
     assert wider["lambda_per_s"].std == pytest.approx(by_scatter)  # 1.25 of its errors are chance
     assert wider["phi_max_rad"].std == 1e-9
     assert {n: m.value for n, m in wider.items()} == {n: m.value for n, m in found.items()}
+    assert len(told) == 2
+    assert "errors of f_nat_hz, lambda_per_s contain the scatter" in told[0]
+    assert "errors of f_nat_hz contain the difference of N50 and D30" in told[1]
+    alone = {n: replace(m, scatter=None) for n, m in scattered.items()}
+    assert with_what_is_left(alone, fitted, {}) == (alone, [])
 
 
 def test_a_difference_that_is_the_same_in_all_shots_is_beyond_chance():

@@ -47,24 +47,57 @@ def test_a_motion_along_the_axis_leaves_the_plane_in_every_shot():
     assert len(found.share) == len(found.shots)
 
 
-FAR = ShotInPlane(ratio=1.85, sd=0.024, signal=700.0)
+FAR = ShotInPlane(ratio=1.85, sd=0.024, noise=1e-3, signal=0.7)
 
 
 @pytest.mark.parametrize(
     ("other", "alike"),
     [
-        (ShotInPlane(ratio=1.02, sd=0.024, signal=330.0), True),  # half the swing
-        (ShotInPlane(ratio=0.99, sd=0.024, signal=200.0), True),
-        (ShotInPlane(ratio=1.02, sd=0.024, signal=700.0), False),  # the same swing: something disturbed one of them
-        (ShotInPlane(ratio=1.02, sd=0.024, signal=1400.0), False),
-        (ShotInPlane(ratio=1.81, sd=0.024, signal=700.0), True),
+        (ShotInPlane(ratio=1.02, sd=0.024, noise=1e-3, signal=0.35), True),  # half the swing
+        (ShotInPlane(ratio=0.9, sd=0.024, noise=1e-3, signal=0.35), False),  # that surely has less than noise
+        (ShotInPlane(ratio=4.0, sd=0.024, noise=1e-4, signal=0.35), True),  # seen, but not worth a search
+        (ShotInPlane(ratio=1.02, sd=0.024, noise=1e-3, signal=0.7), False),  # the same swing: one was disturbed
+        (ShotInPlane(ratio=1.02, sd=0.024, noise=4e-3, signal=0.7), True),  # the same swing in more noise
+        (ShotInPlane(ratio=1.02, sd=0.024, noise=1e-3, signal=1.4), False),  # more should show more
+        (ShotInPlane(ratio=1.81, sd=0.024, noise=1e-3, signal=0.7), True),
     ],
 )
-def test_a_shot_may_hide_it_only_where_it_swings_less(other, alike):
+def test_a_shot_may_hide_it_where_it_swings_less_or_its_noise_is_larger(other, alike):
     found = PlaneTest(shots=(other, FAR, other))
     assert found.leaves is alike
     assert found.may_leave is alike
 
 
+def test_of_one_shot_less_is_a_hint_than_where_the_others_must_hide_it():
+    hint, none = (ShotInPlane(ratio=r, sd=0.02, noise=5e-3, signal=0.7) for r in (1.1, 1.0))
+    assert PlaneTest(shots=(hint, hint)).may_leave
+    assert not PlaneTest(shots=(hint, hint)).leaves
+    assert not PlaneTest(shots=(hint, none)).may_leave
+
+
+def test_what_was_taken_for_noise_is_found_again_as_a_side_mode():
+    """A line along the axis, which the noise was measured with: without blank shots nothing tells it from noise."""
+    shots, _ = shots_with("thread", (), count=1)
+    with shot_pool() as pool:
+        (prepared,), _ = initial_fits(shots, THREAD, pool)
+    quiet = prepared.shot.noise
+    frequency_hz = np.linspace(0.0, 2000.0, 401)
+    psd = np.array([np.interp(frequency_hz, quiet.frequency_hz, one) for one in quiet.psd])
+    near = np.abs(frequency_hz - 90.0) < 20.0
+    psd[2, near] *= 40.0
+    record, rng = prepared.shot.record, np.random.default_rng(1)
+    noise = replace(quiet, frequency_hz=frequency_hz, psd=psd, blank=False)
+    samples = record.samples.copy()
+    time_s = np.arange(samples.shape[1]) * record.dt_s
+    size = np.sqrt(np.trapezoid(39.0 / 40.0 * psd[2, near], frequency_hz[near]))
+    samples[2] += np.sqrt(2.0) * size * np.cos(2.0 * np.pi * 90.0 * time_s + rng.uniform())
+    seen, hidden = (
+        plane_test([replace(prepared, shot=replace(prepared.shot, record=replace(record, samples=samples), noise=n))])
+        for n in (noise, replace(noise, blank=True))
+    )
+    assert seen.shots[0].ratio > 1.3
+    assert hidden.shots[0].ratio < 1.2
+
+
 def test_shots_that_stay_in_their_plane_do_not_leave_it():
-    assert not PlaneTest(shots=(ShotInPlane(ratio=1.0, sd=0.024, signal=700.0),) * 3).may_leave
+    assert not PlaneTest(shots=(ShotInPlane(ratio=1.0, sd=0.024, noise=1e-3, signal=0.7),) * 3).may_leave
