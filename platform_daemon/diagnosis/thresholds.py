@@ -107,6 +107,7 @@ class Regression:
     per_shot_settled_chi2: float = (
         0.05  # fall of chi^2 at which it ends, in units of chi2/dof where that is above 1 [cost]
     )
+    per_shot_parts: tuple[int, ...] = (4, 16)  # in which effects grow where they lead far from the first fit [cost]
     paired_shots: int = 4  # from so many on the scatter itself is the standard error of N50 - D30 [unset]
     windows_differ_sigma: float = 3.29  # of that, from which they differ: the paper's 0.001 [noise]
     resolved_share: float = 1e-11  # of a column's power that must survive the projection [digits]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import islice
 
@@ -16,8 +17,9 @@ from platform_daemon.diagnosis.regression.per_shot_fit import per_shot_fit
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, MotionParameters
 
 _LIMITS = THRESHOLDS.validation
 
@@ -105,7 +107,36 @@ def _scored(final: JointFit, shot: DiagnosisShot, declared: RingDownModel) -> tu
         if not prepared:
             return shot.name
         try:
-            scores.append(per_shot_fit(prepared[0], hypothesis, strengths)[0].chi2 / prepared[0].dof)
+            near = _moved_alike(prepared[0].state, final) if strengths.size else None
+            scores.append(per_shot_fit(prepared[0], hypothesis, strengths, near=near)[0].chi2 / prepared[0].dof)
         except (LostTrajectoryError, np.linalg.LinAlgError):
             return shot.name
     return shot.name, scores[0], scores[1]
+
+
+def _moved_alike(state: FitState, final: JointFit) -> FitState | None:
+    """The state of an initial fit, with its motion moved as the effects moved those of the searched shots on average;
+    None where that has other parameters."""
+    pairs = [(shot.state.dynamics, end.dynamics) for shot, end in zip(final.prepared, final.states, strict=True)]
+    if any(len(d.values) != len(state.dynamics.values) for pair in pairs for d in pair):
+        return None
+    steps = [
+        (
+            after.theta - before.theta,
+            after.w - before.w,
+            math.log(abs(after.amplitude / before.amplitude)),
+            *np.subtract(after.values, before.values),
+        )
+        for before, after in pairs
+    ]
+    by_theta, by_w, by_amplitude, *by_values = np.mean(steps, axis=0).tolist()
+    d = state.dynamics
+    return replace(
+        state,
+        dynamics=MotionParameters(
+            w=d.w + by_w,
+            theta=d.theta + by_theta,
+            amplitude=d.amplitude * math.exp(by_amplitude),
+            values=tuple(q + dq for q, dq in zip(d.values, by_values, strict=True)),
+        ),
+    )
