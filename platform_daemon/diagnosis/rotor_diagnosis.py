@@ -12,6 +12,7 @@ from .findings.rotor_findings import (
     has_model_error,
     leaves_noise,
     perfect_rotor_note,
+    prediction_note,
     rotor_effect,
     rotor_notes,
     rotor_scores,
@@ -37,11 +38,12 @@ def of_rotor(
     parameters, weight = with_weight_in_friction(rotor.parameters, rotor.fit.shots[0].geometry)
     left = chi2_beside_one_angle(rotor, base)
     before, after = cross_validate(base, pool), rotor_scores(rotor, left)
+    whole = leaves_noise(rotor) and not has_model_error(rotor) and rotor.held_out.is_good
     return Diagnosis(
         shots=(),
         refused=(),
         model=base.hypothesis.model,
-        verdict="explained" if leaves_noise(rotor) and not has_model_error(rotor) else "partly_explained",
+        verdict="explained" if whole else "partly_explained",
         named=(rotor_effect(rotor, left, -after.worse_by(before)),),
         tentative=(),
         why_not="",
@@ -94,6 +96,7 @@ def _of_perfect_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingErro
         notes=(
             *assumed_notes([prepared.shot for prepared in base.prepared]),
             perfect_rotor_note(rotor),
+            *prediction_note(rotor),
             *weight,
         ),
         seconds=0.0,

@@ -77,6 +77,9 @@ class RigidBody:
     explained_chi2_per_dof: float = 2.0  # above, the rigid rotor is no explanation either [unset]
     # the same of a window where a rotor counts only if it leaves noise; one of 1.13 had 1.33 minutes later [unset]
     given_up_chi2_per_dof: float = 1.1
+    # chi2/dof of predicted ends from which on a rotor lies beside the right one: right ones had up to 1.14, wrong ones
+    # 1.49 and 8.5 [A]
+    poor_prediction_chi2_per_dof: float = 1.3
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
     least_rad: float = 2e-4  # tilt that is an error: coils and glass scales show the axes no better [unset]
     least_m: float = 1e-6  # displacement, likewise; a perfect jewel at 581 uT is fitted with 4e-5 rad or 0.6 um [unset]

@@ -31,6 +31,10 @@ _MODEL_ERROR = (
     "that is {:.2g} standard deviations more than noise: friction or damping of the specimen follow another law; "
     "errors are widened by what is left, and the numbers may be off by more"
 )
+_POOR_PREDICTION = (
+    "the ends of shots are predicted to chi2/dof {:.3g} only: losses, f_nat and the size may be those of a valley "
+    "beside the right one; errors are widened by that, and the numbers may be off by more"
+)
 _PULL_ONLY = "T_f/I after is that of the magnets' pull alone; the rotor's weight is in the fit beside it"
 _WORTH_SIGMA = THRESHOLDS.rigid_body.worth_sigma
 
@@ -105,6 +109,11 @@ def has_model_error(rotor: ManufacturingError) -> bool:
     return rotor.excess_sigma > THRESHOLDS.rigid_body.doubtful_sigma
 
 
+def prediction_note(rotor: ManufacturingError) -> tuple[str, ...]:
+    """Where it does not predict the ends of shots."""
+    return () if rotor.held_out.is_good else (_POOR_PREDICTION.format(rotor.held_out.chi2_per_dof),)
+
+
 def may_be_imitated(best: JointFit) -> bool:
     """Whether torques on one angle, of which there are some, may be the manufacturing error of a jewel's rotor.
 
@@ -171,6 +180,7 @@ def rotor_notes(rotor: ManufacturingError, parting: Sequence[Proposal], *, searc
         f"{rotor.in_words}{alike}: a rotor of five degrees of freedom, {begun}, leaves "
         f"chi2/dof {fit.chi2_per_dof:.4g} over {fit.window_s:.3g} s",
         *(_MODEL_ERROR.format(rotor.excess_sigma) for _ in range(has_model_error(rotor))),
+        *prediction_note(rotor),
         "effects of one angle leave more" if searched else "effects of one angle were not searched beside it",
         *(_PULL_ONLY for _ in range(fit.shots[0].geometry.bearing == "jewel")),
         *(_not_parted(rotor, parting[0]) if parting and parting[0].expected_sigma < _WORTH_SIGMA else ()),

@@ -193,6 +193,11 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     noise = best.chi2_per_dof < noise_chi2_per_dof and excess_sigma < _LIMITS.doubtful_sigma
     if not (noise or (sure and best.chi2_per_dof < _LIMITS.explained_chi2_per_dof)):
         return None
+    if not held_out.is_good:  # the right one predicts to noise, so that this one lies in a valley beside it
+        place = next(k for k, f in enumerate(alike) if f is best)
+        alike = [_with_model_error(f, held_out.chi2_per_dof) for f in alike]
+        best = alike[place]
+        strength, std = best.strength
     bearing = shots[0].geometry.bearing
     others = [f for f in alike if f is not best]
     # The same error with the other sign or law of creep, if the shots do not tell it, is not another effect: the error

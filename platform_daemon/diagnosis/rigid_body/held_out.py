@@ -34,6 +34,11 @@ class HeldOutRotor:
         return sum(self.chi2) / sum(self.dof)
 
     @property
+    def is_good(self) -> bool:
+        """What the prediction leaves is about noise and its own error."""
+        return self.chi2_per_dof < THRESHOLDS.rigid_body.poor_prediction_chi2_per_dof
+
+    @property
     def nrmse(self) -> float:
         """Rms of the error over that of the data."""
         return math.sqrt(sum(self.squares) / sum(self.energy))

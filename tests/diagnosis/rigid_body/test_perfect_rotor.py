@@ -1,6 +1,7 @@
 """Rotors without a manufacturing error that one angle does not quite explain, and one whose law is another."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from platform_daemon.diagnosis.diagnose import diagnose_shots
 from platform_daemon.diagnosis.findings.rotor_findings import has_model_error
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
+from platform_daemon.diagnosis.rigid_body import defects
 from platform_daemon.diagnosis.rigid_body.defects import manufacturing_error
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
@@ -64,3 +66,24 @@ def test_a_rotor_that_follows_another_law_is_no_full_explanation_and_has_wider_e
     assert not has_model_error(plain)
     assert has_model_error(doubtful)
     assert doubtful.std > 1.5 * plain.std
+
+
+@pytest.mark.long
+def test_a_rotor_that_does_not_predict_the_ends_of_shots_does_not_explain_them(monkeypatch):
+    tilted = true_rotor(rigid_specimen("thread", GRAVITY, 22.0, defects={"stator_tilt_rad": 0.02}), DRIVE)
+    shot = shot_of(tilted, 0.6)
+    right = diagnose_shots([shot], THREAD)
+    ends = defects.held_out_ends
+
+    def four_times(*args):
+        found = ends(*args)
+        return replace(found, chi2=tuple(4.0 * dof for dof in found.dof))
+
+    monkeypatch.setattr(defects, "held_out_ends", four_times)
+    wrong = diagnose_shots([shot], THREAD)
+    assert (right.verdict, wrong.verdict) == ("explained", "partly_explained")
+    assert wrong.rotor.strength == pytest.approx(right.rotor.strength)
+    assert wrong.rotor.std == pytest.approx(2.0 * right.rotor.std)
+    assert wrong.parameters_after["lambda_per_s"].std > 1.5 * right.parameters_after["lambda_per_s"].std
+    (note,) = [n for n in wrong.notes if "chi2/dof 4 only" in n]
+    assert note not in right.notes
