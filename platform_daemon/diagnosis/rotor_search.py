@@ -33,7 +33,7 @@ def rotor_of(
     if any(s.shot.rotor is None for s in prepared):
         return None
     try:
-        declared = fit_jointly(prepared, Hypothesis(model), pool)
+        declared = fit_jointly(_largest_first(prepared, plane), Hypothesis(model), pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
     if not plane.leaves and declared.leaves_noise:
@@ -46,6 +46,16 @@ def rotor_of(
         if free is not None and (rotor is None or sum(free.fit.chi2) < sum(rotor.fit.chi2)):
             declared, rotor = freed, free
     return None if rotor is None or not (plane.leaves or leaves_noise(rotor)) else (declared, rotor)
+
+
+def _largest_first(prepared: Sequence[PreparedShot], plane: PlaneTest) -> list[PreparedShot]:
+    """The shots, one that swings much more than the first before it: the others begin with what the first one found in
+    common, of which a small swing tells too little."""
+    signal = [one.signal for one in plane.shots]
+    most = int(np.argmax(signal))
+    if signal[most] < _LIMITS.leading_swing * signal[0]:
+        return list(prepared)
+    return [prepared[most], *prepared[:most], *prepared[most + 1 :]]
 
 
 class RotorBeside:

@@ -51,6 +51,7 @@ class RigidBody:
         ContactLaw(3.0, 1.0),
     )  # fmt: skip
     damping_axis_to_thread: float = 0.5  # between the rotor's own axis and the thread's, at the start [unset]
+    leading_swing: float = 1.3  # times the first shot's, from which on a larger one is fitted before it [unset]
     sign_window_s: float = 0.1  # s in which the sign of a tilt is told [unset]
     # s of the first window where no drive is known; from 0.1 s on one at 93 % of its threshold was not found [unset]
     first_free_window_s: float = 0.02
