@@ -12,7 +12,6 @@ from .findings.rotor_findings import (
     has_model_error,
     leaves_noise,
     perfect_rotor_note,
-    prediction_note,
     rotor_effect,
     rotor_notes,
     rotor_scores,
@@ -38,7 +37,7 @@ def of_rotor(
     parameters, weight = with_weight_in_friction(rotor.parameters, rotor.fit.shots[0].geometry)
     left = chi2_beside_one_angle(rotor, base)
     before, after = cross_validate(base, pool), rotor_scores(rotor, left)
-    whole = leaves_noise(rotor) and not has_model_error(rotor) and rotor.held_out.is_good
+    whole = leaves_noise(rotor) and not has_model_error(rotor) and rotor.predicts
     return Diagnosis(
         shots=(),
         refused=(),
@@ -96,7 +95,6 @@ def _of_perfect_rotor(base: JointFit, plane: PlaneTest, rotor: ManufacturingErro
         notes=(
             *assumed_notes([prepared.shot for prepared in base.prepared]),
             perfect_rotor_note(rotor),
-            *prediction_note(rotor),
             *weight,
         ),
         seconds=0.0,

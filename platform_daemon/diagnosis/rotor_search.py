@@ -50,10 +50,14 @@ def rotor_of(
 
 def _largest_first(prepared: Sequence[PreparedShot], plane: PlaneTest) -> list[PreparedShot]:
     """The shots, one that swings much more than the first before it: the others begin with what the first one found in
-    common, of which a small swing tells too little."""
-    signal = [one.signal for one in plane.shots]
-    most = int(np.argmax(signal))
-    if signal[most] < _LIMITS.leading_swing * signal[0]:
+    common, of which a small swing tells too little.
+
+    Where the swing of one shot may be left at the start of the next one, they stay in the order of time.
+    """
+    swing = [one.swing_rad for one in plane.shots]
+    most = int(np.argmax(swing))
+    swinging = any(s.shot.rotor is not None and s.shot.rotor.swinging for s in prepared)
+    if swinging or swing[most] < _LIMITS.leading_swing * swing[0]:
         return list(prepared)
     return [prepared[most], *prepared[:most], *prepared[most + 1 :]]
 

@@ -15,12 +15,15 @@ class RigidBody:
     plane_sigma: float = 8.0
     # the same in every shot where one angle leaves more than noise; also of what noise may hide [noise: 6e-3]
     plane_hint_sigma: float = 2.5
-    plane_steepest: float = 8.0  # power of the swing with which the share along the axis may fall [unset]
+    plane_steepest: float = 4.0  # power of the swing with which the share along the axis may fall [unset]
     plane_rate: float = 8.0  # samples per period that are left: side modes and three harmonics [unset]
     plane_from: float = 0.3  # of f_nat, from which on the noise's level is read [unset]
     plane_peak: float = 0.5  # of f_nat: peaks of the noise that are narrower are lines of the motion [unset]
     plane_stretch: int = 9  # frequencies in a stretch of a spectrum that stands out or not [unset]
     plane_out_sigma: float = 4.0  # by which it does [noise: 1e-3]
+    plane_level_share: float = (
+        0.03  # of the noise, by which that of the others is lower by chance and by the cut [unset]
+    )
     plane_turns: int = 4  # in which the noise of the others is found [cost]
     plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
     start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
@@ -81,6 +84,7 @@ class RigidBody:
     # chi2/dof of predicted ends from which on a rotor lies beside the right one: right ones had up to 1.14, wrong ones
     # 1.49 and 8.5 [A]
     poor_prediction_chi2_per_dof: float = 1.3
+    most_wider_chi2: float = 100.0  # of these by which errors are widened: a lost motion has 1e5 [unset]
     sure_sigma: float = 5.0  # of the size of the error [noise: 6e-7]
     least_rad: float = 2e-4  # tilt that is an error: coils and glass scales show the axes no better [unset]
     least_m: float = 1e-6  # displacement, likewise; a perfect jewel at 581 uT is fitted with 4e-5 rad or 0.6 um [unset]

@@ -110,8 +110,9 @@ def has_model_error(rotor: ManufacturingError) -> bool:
 
 
 def prediction_note(rotor: ManufacturingError) -> tuple[str, ...]:
-    """Where it does not predict the ends of shots."""
-    return () if rotor.held_out.is_good else (_POOR_PREDICTION.format(rotor.held_out.chi2_per_dof),)
+    """Where it does not predict the ends of shots, and a law that it lacks is not the cause."""
+    known = rotor.predicts or has_model_error(rotor)
+    return () if known else (_POOR_PREDICTION.format(rotor.held_out.chi2_per_dof),)
 
 
 def may_be_imitated(best: JointFit) -> bool:
@@ -152,7 +153,7 @@ def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVe
     Effects that explain all yield only to a rotor that is told apart from them.  Effects that do not must be far better
     than a rotor without an error: it is what was declared, and they may only imitate its side modes.
     """
-    if not leaves_noise(rotor):
+    if not leaves_noise(rotor) or (verdict == "explained" and not rotor.predicts):
         return False
     worth = 0.0 if rotor.sure else -THRESHOLDS.rigid_body.perfect_rotor_chi2
     if verdict == "explained":
@@ -208,7 +209,11 @@ def plane_notes(plane: PlaneTest | None, shots: Sequence[DiagnosisShot]) -> tupl
     low, high = (f"{100.0 * end(plane.share):.2g}" for end in (min, max))
     size = low if low == high else f"{low} to {high}"
     seen, count = len(plane.share), len(plane.shots)
-    where = "every shot" if seen == count else f"{seen} of {count} shots, where it swings most"
+    where = (
+        "every shot"
+        if seen == count
+        else f"{seen} of {count} shots (noise or a smaller swing may hide it in the others)"
+    )
     text = (
         f"the motion leaves its plane in {where}: along the main axis stands {size} % of the signal, "
         "which one angle cannot hold"

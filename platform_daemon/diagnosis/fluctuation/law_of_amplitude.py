@@ -14,17 +14,19 @@ from collections.abc import Sequence
 import numpy as np
 
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.turning_points import turning_points
 
 from .process import CourseInformation
 
 
-def of_one_course_of_amplitude(base: JointFit, shots: Sequence[CourseInformation]) -> CourseInformation:
+def of_one_course_of_amplitude(base: JointFit, shots: Sequence[CourseInformation]) -> CourseInformation | None:
     """What shots tell about a course over the amplitude, at the times at which the largest swing has these amplitudes.
 
     base: the fit of the declared model, of which the amplitudes are; shots: of the same knots.  The course is twice as
-    long as these, since the smaller swings go on where the largest one is at the end of its window.
+    long as these, since the smaller swings go on where the largest one is at the end of its window.  None where one of
+    them has hardly an amplitude in common with the largest one: one course could then be another one for each.
 
     Raises LostTrajectoryError.
     """
@@ -34,7 +36,10 @@ def of_one_course_of_amplitude(base: JointFit, shots: Sequence[CourseInformation
     largest = min(falls, key=lambda fall: float(fall[0]))
     information, gradient = np.zeros((len(longer_s), len(longer_s))), np.zeros(len(longer_s))
     for one, fall in zip(shots, falls, strict=True):
-        at = _interpolation(longer_s, np.interp(fall[: len(time_s)], largest, longer_s))
+        at_s = np.interp(fall[: len(time_s)], largest, longer_s)
+        if np.mean(at_s <= time_s[-1]) < THRESHOLDS.fluctuation.common_amplitudes:
+            return None
+        at = _interpolation(longer_s, at_s)
         information += at.T @ one.information @ at
         gradient += at.T @ one.gradient
     return CourseInformation(time_s=longer_s, unit=shots[0].unit, information=information, gradient=gradient)

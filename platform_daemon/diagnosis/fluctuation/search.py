@@ -158,7 +158,8 @@ def _of_one_course(
     if base.hypothesis.model.time_dependent or not _is_smooth(likeliest, information):
         return over_time
     with suppress(LostTrajectoryError, np.linalg.LinAlgError):
-        return max(over_time, found(of_one_course_of_amplitude(base, information)))
+        over_amplitude = of_one_course_of_amplitude(base, information)
+        return over_time if over_amplitude is None else max(over_time, found(over_amplitude))
     return over_time
 
 

@@ -187,12 +187,13 @@ def with_what_is_left(
     for name in sorted(names & out.keys()):
         m = out[name]
         std = m.std if m.scatter is None else max(m.std, m.scatter / math.sqrt(len(at.prepared)))
-        if std > m.std:
+        if std > THRESHOLDS.findings.noted_growth * m.std:
             by_scatter.append(name)
         apart = differences.get(name)
         if apart is not None and apart.sigma > _LIMITS.windows_differ_sigma:
+            if abs(apart.value) > std:
+                by_windows.append(name)
             std = math.hypot(std, apart.value)
-            by_windows.append(name)
         out[name] = replace(m, std=std)
     told = ((by_scatter, "the scatter from shot to shot"), (by_windows, "the difference of N50 and D30"))
     return out, [

@@ -24,30 +24,45 @@ def per_shot_fit(
     """The shot at its best state, and that state.
 
     The initial fit knows none of the effects.  Where these move the motion by more than a fraction of a turn, as a
-    frequency that settles does over a long ring-down, no step leads from there: where the fit begins near nothing
-    better, the effects then grow in ever more parts, and each part begins with the state of the one before.
+    frequency that settles does over a long ring-down, no step leads from there.  Where the shot is left worse than by
+    the declared model, and with more than noise, the effects therefore grow in ever more parts, and each part begins
+    with the state of the one before.
 
     Args:
-        prepared: with the state of the initial fit, from which the fit starts.
+        prepared: with the state of the initial fit.
         hypothesis, strengths: the effects, and their common strengths (q,), held.
-        near: another state from which it starts first.
+        near: a state from which the fit starts before it starts from the initial one.
 
     Raises:
-        LostTrajectoryError: the state does not oscillate.
+        LostTrajectoryError: none of these states oscillates.
     """
-    found = _settled(prepared, hypothesis, prepared.state if near is None else near, strengths)
     if not strengths.any():
-        return found
+        return _settled(prepared, hypothesis, prepared.state, strengths)
     without = linearise_shot(prepared, hypothesis, prepared.state, np.zeros_like(strengths)).chi2
-    for parts in _LIMITS.per_shot_parts:
-        if found[0].chi2 < without:
-            break
-        state = prepared.state
+    enough = max(without, THRESHOLDS.regression.noise_chi2_per_dof * prepared.dof)
+    found = list[tuple[LinearisedShot, FitState]]()
+    for start in () if near is None else (near,):
         with suppress(LostTrajectoryError):
-            for share in (*np.linspace(0.0, 1.0, parts + 1)[1:], 1.0):  # the last part twice, to settle
-                grown = _settled(prepared, hypothesis, state, share * strengths)
-                state = grown[1]
-            found = min(found, grown, key=lambda one: one[0].chi2)
+            found.append(_settled(prepared, hypothesis, start, strengths))
+    for parts in (1, *_LIMITS.per_shot_parts):
+        if found and min(one.chi2 for one, _ in found) < enough:
+            break
+        with suppress(LostTrajectoryError):
+            found.append(_grown(prepared, hypothesis, strengths, parts))
+    if not found:
+        raise LostTrajectoryError("with the effects the shot does not oscillate")
+    return min(found, key=lambda one: one[0].chi2)
+
+
+def _grown(
+    prepared: PreparedShot, hypothesis: Hypothesis, strengths: Array, parts: int
+) -> tuple[LinearisedShot, FitState]:
+    """With effects that grow in so many parts.  Raises LostTrajectoryError."""
+    found, state = None, prepared.state
+    for part in range(1, parts + 1):
+        found = _settled(prepared, hypothesis, state, part / parts * strengths)
+        state = found[1]
+    assert found is not None
     return found
 
 

@@ -97,6 +97,7 @@ class ManufacturingError:
     held_out: the end of each shot, predicted from its beginning; before_chi2: chi^2 of one angle; parameters: means;
     excess_sigma: by how many standard deviations chi^2 exceeds that of noise, that of the noise's level included.
     sure: the size is surely not 0, and large enough to be an error; else a rotor without one explains the shots.
+    predicts: the ends of shots are predicted about as well as noise allows.
     """
 
     effect: Effect
@@ -109,6 +110,7 @@ class ManufacturingError:
     parameters: Mapping[str, Mean]
     excess_sigma: float = 0.0
     sure: bool = True
+    predicts: bool = True
 
     @property
     def held(self) -> dict[str, float]:
@@ -179,25 +181,26 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
             if best.whole:
                 break
             together = [made_whole(f, pool) if f is best else f for f in together]
-        if samples > 1.0:
-            place = next(k for k, f in enumerate(alike) if f is best)
-            alike = [_with_model_error(f, samples) for f in alike]
-            best = alike[place]
         held_out = held_out_ends(fits, pool)
     except (RotorFitError, LostRotorError, NoRestError):
         return None
-    strength, std = best.strength
+    # The right rotor predicts to noise; one that does not lies in a valley beside it.  Where a shot alone leaves more
+    # with what the first one has in common, the prediction is not that of the rotor of all.
+    alone = all(f.chi2_per_dof < noise_chi2_per_dof for f in fits)
+    predicts = held_out.is_good or not alone
+    strength, std = best.strength[0], math.sqrt(samples) * best.strength[1]
     least = _LIMITS.least_m if defect_of(best) == "lateral_displacement_m" else _LIMITS.least_rad
     sure = abs(strength) > max(_LIMITS.sure_sigma * std, least)
     # A rotor without an error stands in the way of effects of one angle only where it leaves surely no more than noise.
-    noise = best.chi2_per_dof < noise_chi2_per_dof and excess_sigma < _LIMITS.doubtful_sigma
+    noise = best.chi2_per_dof < noise_chi2_per_dof and excess_sigma < _LIMITS.doubtful_sigma and (sure or predicts)
     if not (noise or (sure and best.chi2_per_dof < _LIMITS.explained_chi2_per_dof)):
         return None
-    if not held_out.is_good:  # the right one predicts to noise, so that this one lies in a valley beside it
+    wider = max(samples, 1.0 if predicts else min(held_out.chi2_per_dof, _LIMITS.most_wider_chi2))
+    if wider > 1.0:
         place = next(k for k, f in enumerate(alike) if f is best)
-        alike = [_with_model_error(f, held_out.chi2_per_dof) for f in alike]
+        alike = [_with_model_error(f, wider) for f in alike]
         best = alike[place]
-        strength, std = best.strength
+        std = best.strength[1]
     bearing = shots[0].geometry.bearing
     others = [f for f in alike if f is not best]
     # The same error with the other sign or law of creep, if the shots do not tell it, is not another effect: the error
@@ -214,6 +217,7 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
         parameters=_means(best, others),
         excess_sigma=excess_sigma,
         sure=sure,
+        predicts=predicts,
     )
 
 
@@ -256,7 +260,8 @@ def _excess(base: JointFit, fit: RotorFit) -> tuple[float, float]:
 
 
 def _with_model_error(fit: RotorFit, samples: float) -> RotorFit:
-    """The fit with the errors of a residual that is no noise, of which so many samples are one independent value."""
+    """The fit with the errors of a residual that is no noise, of which so many samples are one independent value, or
+    with those of a prediction with so much chi2/dof."""
     wider = math.sqrt(samples)
     return replace(
         fit,

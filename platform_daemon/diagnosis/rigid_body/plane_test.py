@@ -20,6 +20,7 @@ from platform_daemon.diagnosis.shots.shot import DiagnosisShot, PreparedShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters
 
 _LIMITS = THRESHOLDS.rigid_body
 
@@ -29,13 +30,14 @@ class ShotInPlane:
     """One shot's part along the main axis.
 
     ratio: its power over that of noise alone (1: none); sd: standard deviation of that; noise: rms of the noise there;
-    signal: rms of the motion along all axes, in the same unit.
+    signal: rms of the motion along all axes, in the same unit; swing_rad: amplitude.
     """
 
     ratio: float
     sd: float
     noise: float
     signal: float
+    swing_rad: float
 
     @property
     def share(self) -> float:
@@ -50,7 +52,7 @@ class ShotInPlane:
         """Its noise may hide the least that another shot lets expect: the same share, or where it swings less a share
         that falls steeply with the swing."""
         most = self._share_of(self.ratio - 1.0 + _LIMITS.plane_hint_sigma * self.sd)
-        return most >= min(1.0, self.signal / other.signal) ** _LIMITS.plane_steepest * other.share
+        return most >= min(1.0, self.swing_rad / other.swing_rad) ** _LIMITS.plane_steepest * other.share
 
     def _share_of(self, excess: float) -> float:
         return math.sqrt(max(excess, 0.0)) * self.noise / self.signal
@@ -91,12 +93,13 @@ def plane_test(shots: Sequence[PreparedShot]) -> PlaneTest | None:
         observed = one.state.observation
         if one.shot.record.quantity != "dmdt" or not isinstance(observed, DipoleObservation):
             return None
-        found.append(_of_shot(one.shot, observed.rotation, one.state.dynamics.w / (2.0 * np.pi)))
+        found.append(_of_shot(one.shot, observed.rotation, one.state.dynamics))
     return PlaneTest(shots=tuple(found))
 
 
-def _of_shot(shot: DiagnosisShot, rotation: Array, f_nat_hz: float) -> ShotInPlane:
+def _of_shot(shot: DiagnosisShot, rotation: Array, dynamics: MotionParameters) -> ShotInPlane:
     """From means over so many samples that three harmonics are left."""
+    f_nat_hz = dynamics.w / (2.0 * np.pi)
     block = max(1, int(shot.rate_hz / (_LIMITS.plane_rate * f_nat_hz)))
     samples = shot.record.valid
     n = samples.shape[1] // block
@@ -110,7 +113,7 @@ def _of_shot(shot: DiagnosisShot, rotation: Array, f_nat_hz: float) -> ShotInPla
     density = np.array([np.interp(frequency_hz, shot.noise.frequency_hz, one) for one in shot.noise.psd])
     power = 0.5 * shot.rate_hz / block * np.asarray(rotation[:, 2] ** 2 @ density)
     level, level_sd = float(power[inside].mean()), 0.0
-    if not shot.noise.blank:
+    if shot.noise.of_swings:
         peak = max(1, round(_LIMITS.plane_peak * f_nat_hz / float(frequency_hz[1])))
         spectrum = np.abs(np.fft.rfft(left)) ** 2 / n
         level, level_sd = _quiet_level(spectrum[inside], power[inside], grey_opening(power, size=(peak,))[inside])
@@ -119,7 +122,8 @@ def _of_shot(shot: DiagnosisShot, rotation: Array, f_nat_hz: float) -> ShotInPla
         ratio=float(left @ left) / (dof * level),
         sd=math.hypot(math.sqrt(2.0 / dof), level_sd),
         noise=math.sqrt(level),
-        signal=math.sqrt(float(np.mean(np.sum(means**2, axis=0)))),
+        signal=math.sqrt(float(np.sum(means.var(axis=1)))),
+        swing_rad=abs(dynamics.amplitude),
     )
 
 
@@ -135,7 +139,10 @@ def _quiet_level(spectrum: Array, measured: Array, colour: Array) -> tuple[float
     spectrum, measured: (k,) of what stands along the axis and of the noise; colour: (k,) of the noise without its
     narrow peaks.  A grey opening cuts them off, and leaves slopes as they are.
     """
-    width, over = _LIMITS.plane_stretch, spectrum / colour
+    width = _LIMITS.plane_stretch
+    if spectrum.size < width or not colour.min() > 0.0:
+        return float(measured.mean()), 0.0
+    over = spectrum / colour
     smooth = np.convolve(over, np.full(width, 1.0 / width), mode="same")
     level, quiet = float(np.median(smooth)), np.ones(over.size, dtype=bool)
     for _ in range(_LIMITS.plane_turns):
@@ -145,5 +152,5 @@ def _quiet_level(spectrum: Array, measured: Array, colour: Array) -> tuple[float
             return float(measured.mean()), 0.0
         level = float(np.mean(over[quiet]))
     found, sd = level * float(colour.mean()), 1.0 / math.sqrt(np.count_nonzero(quiet))
-    surely_less = found < float(measured.mean()) * (1.0 - _LIMITS.plane_hint_sigma * sd)
+    surely_less = found < float(measured.mean()) * (1.0 - _LIMITS.plane_hint_sigma * sd - _LIMITS.plane_level_share)
     return (found, sd) if surely_less else (float(measured.mean()), 0.0)

@@ -93,10 +93,10 @@ def _on_one_side(prepared: Sequence[PreparedShot], model: RingDownModel) -> list
 
     Where e_v is perpendicular to x, noise decides which of the two a fit finds.
     """
-    return [replace(s, state=_nearer_mirror_image(s.state, prepared[0].state, model)) for s in prepared]
+    return [replace(s, state=nearer_mirror_image(s.state, prepared[0].state, model)) for s in prepared]
 
 
-def _nearer_mirror_image(state: FitState, reference: FitState, model: RingDownModel) -> FitState:
+def nearer_mirror_image(state: FitState, reference: FitState, model: RingDownModel) -> FitState:
     """The state, or its twin if that is turned less against the reference."""
     here, there = state.observation, reference.observation
     if isinstance(here, FreeGainObservation) and isinstance(there, FreeGainObservation):

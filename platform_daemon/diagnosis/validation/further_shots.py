@@ -14,7 +14,7 @@ import numpy as np
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.per_shot_fit import per_shot_fit
-from platform_daemon.diagnosis.shots.initial_fits import initial_fits
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits, nearer_mirror_image
 from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
@@ -107,15 +107,17 @@ def _scored(final: JointFit, shot: DiagnosisShot, declared: RingDownModel) -> tu
         if not prepared:
             return shot.name
         try:
-            near = _moved_alike(prepared[0].state, final) if strengths.size else None
-            scores.append(per_shot_fit(prepared[0], hypothesis, strengths, near=near)[0].chi2 / prepared[0].dof)
+            side = nearer_mirror_image(prepared[0].state, final.states[0], hypothesis.model)
+            one = replace(prepared[0], state=side)
+            near = _moved_alike(side, final) if strengths.size else None
+            scores.append(per_shot_fit(one, hypothesis, strengths, near=near)[0].chi2 / one.dof)
         except (LostTrajectoryError, np.linalg.LinAlgError):
             return shot.name
     return shot.name, scores[0], scores[1]
 
 
 def _moved_alike(state: FitState, final: JointFit) -> FitState | None:
-    """The state of an initial fit, with its motion moved as the effects moved those of the searched shots on average;
+    """The state of an initial fit, with its motion moved as the effects moved those of the searched shots (medians);
     None where that has other parameters."""
     pairs = [(shot.state.dynamics, end.dynamics) for shot, end in zip(final.prepared, final.states, strict=True)]
     if any(len(d.values) != len(state.dynamics.values) for pair in pairs for d in pair):
@@ -129,7 +131,7 @@ def _moved_alike(state: FitState, final: JointFit) -> FitState | None:
         )
         for before, after in pairs
     ]
-    by_theta, by_w, by_amplitude, *by_values = np.mean(steps, axis=0).tolist()
+    by_theta, by_w, by_amplitude, *by_values = np.median(steps, axis=0).tolist()
     d = state.dynamics
     return replace(
         state,

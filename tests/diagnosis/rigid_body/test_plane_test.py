@@ -47,19 +47,35 @@ def test_a_motion_along_the_axis_leaves_the_plane_in_every_shot():
     assert len(found.share) == len(found.shots)
 
 
-FAR = ShotInPlane(ratio=1.85, sd=0.024, noise=1e-3, signal=0.7)
+def in_plane(ratio, noise, swing):
+    return ShotInPlane(ratio=ratio, sd=0.024, noise=noise, signal=swing, swing_rad=swing)
+
+
+FAR = in_plane(1.85, 1e-3, 0.7)
 
 
 @pytest.mark.parametrize(
     ("other", "alike"),
     [
-        (ShotInPlane(ratio=1.02, sd=0.024, noise=1e-3, signal=0.35), True),  # half the swing
-        (ShotInPlane(ratio=0.9, sd=0.024, noise=1e-3, signal=0.35), False),  # that surely has less than noise
-        (ShotInPlane(ratio=4.0, sd=0.024, noise=1e-4, signal=0.35), True),  # seen, but not worth a search
-        (ShotInPlane(ratio=1.02, sd=0.024, noise=1e-3, signal=0.7), False),  # the same swing: one was disturbed
-        (ShotInPlane(ratio=1.02, sd=0.024, noise=4e-3, signal=0.7), True),  # the same swing in more noise
-        (ShotInPlane(ratio=1.02, sd=0.024, noise=1e-3, signal=1.4), False),  # more should show more
-        (ShotInPlane(ratio=1.81, sd=0.024, noise=1e-3, signal=0.7), True),
+        (in_plane(1.02, 1e-3, 0.35), True),  # half the swing
+        (
+            in_plane(0.9, 1e-3, 0.35),
+            False,
+        ),  # that surely has less than noise
+        (
+            in_plane(4.0, 1e-4, 0.35),
+            True,
+        ),  # seen, but not worth a search
+        (
+            in_plane(1.02, 1e-3, 0.7),
+            False,
+        ),  # the same swing: one was disturbed
+        (
+            in_plane(1.02, 4e-3, 0.7),
+            True,
+        ),  # the same swing in more noise
+        (in_plane(1.02, 1e-3, 1.4), False),  # more should show more
+        (in_plane(1.81, 1e-3, 0.7), True),
     ],
 )
 def test_a_shot_may_hide_it_where_it_swings_less_or_its_noise_is_larger(other, alike):
@@ -69,7 +85,7 @@ def test_a_shot_may_hide_it_where_it_swings_less_or_its_noise_is_larger(other, a
 
 
 def test_of_one_shot_less_is_a_hint_than_where_the_others_must_hide_it():
-    hint, none = (ShotInPlane(ratio=r, sd=0.02, noise=5e-3, signal=0.7) for r in (1.1, 1.0))
+    hint, none = (ShotInPlane(ratio=r, sd=0.02, noise=5e-3, signal=0.7, swing_rad=0.7) for r in (1.1, 1.0))
     assert PlaneTest(shots=(hint, hint)).may_leave
     assert not PlaneTest(shots=(hint, hint)).leaves
     assert not PlaneTest(shots=(hint, none)).may_leave
@@ -99,5 +115,16 @@ def test_what_was_taken_for_noise_is_found_again_as_a_side_mode():
     assert hidden.shots[0].ratio < 1.2
 
 
+def test_a_record_of_few_periods_has_the_noise_that_was_measured():
+    shots, _ = shots_with("thread", (), count=1)
+    with shot_pool() as pool:
+        (prepared,), _ = initial_fits(shots, THREAD, pool)
+    record = prepared.shot.record
+    short = replace(record, samples=record.samples[:, : round(0.01 / record.dt_s)], valid_from=0, valid_to=None)
+    noise = replace(prepared.shot.noise, blank=False)
+    (one,) = plane_test([replace(prepared, shot=replace(prepared.shot, record=short, noise=noise))]).shots
+    assert np.isfinite([one.ratio, one.sd, one.share]).all()
+
+
 def test_shots_that_stay_in_their_plane_do_not_leave_it():
-    assert not PlaneTest(shots=(ShotInPlane(ratio=1.0, sd=0.024, noise=1e-3, signal=0.7),) * 3).may_leave
+    assert not PlaneTest(shots=(in_plane(1.0, 1e-3, 0.7),) * 3).may_leave

@@ -24,7 +24,7 @@ RATE_HZ, SAMPLES, TILT_RAD = 12000.0, 2400, 0.03
 SD = np.array([14e-3, 21e-3, 55e-3])
 DRIVE = CoilDrive(field_t=(4.9e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=0.047, rx_start_s=0.058)
 IN_ITS_PLANE, LEAVES_IT = (
-    PlaneTest(shots=(ShotInPlane(ratio=r, sd=0.01, noise=0.01, signal=1.0),)) for r in (1.0, 2.0)
+    PlaneTest(shots=(ShotInPlane(ratio=r, sd=0.01, noise=0.01, signal=1.0, swing_rad=0.5),)) for r in (1.0, 2.0)
 )
 
 

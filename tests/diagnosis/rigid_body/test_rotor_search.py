@@ -64,11 +64,13 @@ def test_errors_begin_once_more_from_one_that_shows_that_the_best_was_no_minimum
         search, "fits_instead", lambda leader, rivals, _pool: tried.extend((leader, r) for r in rivals) or rivals
     )
     found = search.Contestant(fit("stator_tilt_rad", 1e5), SimpleNamespace())
-    late = [fit("lateral_displacement_m", 100_002.0), fit("bearing_tilt_rad", late_chi2)]
-    shot = SimpleNamespace()
+    late = [fit("lateral_displacement_m", 100_002.0), fit("bearing_tilt_rad", late_chi2, stages=(1,))]
+    shot = object()
     more = search.once_more_from_late(shot, found, late, SimpleNamespace())
     assert more == [defect for _, defect in tried] == ["stator_tilt_rad", "lateral_displacement_m"][:again]
-    assert all((leader.defect, leader.shots) == ("bearing_tilt_rad", (shot,)) for leader, _ in tried)
+    assert all(
+        (leader.defect, leader.shots, leader.stages) == ("bearing_tilt_rad", (shot,), (1,)) for leader, _ in tried
+    )
 
 
 @pytest.mark.long
