@@ -44,7 +44,7 @@ class Fluctuation:
     # hundred times the noise 0.99972 and 5800, beside one four times as strong 0.9999 and 1700 [test_law_of_amplitude]
     sure_law_share: float = 0.9999
     sure_law_log: float = 1000.0  # see there [test_law_of_amplitude]
-    common_amplitudes: float = 0.5  # share of a shot in which the largest swing has its amplitudes too [unset]
+    common_amplitudes: float = 0.25  # share of a shot in which the largest swing has its amplitudes too [unset]
     any_law_share: float = 1.0  # the same of a course that changes sooner than a law does [unset]
     # of the window: a law follows the amplitude, which falls all along it; its course does not change sooner.
     # Likeliest correlation times of three laws of Stribeck took 0.7 to 0.9 of it, those of ten drawn fluctuations 0.01

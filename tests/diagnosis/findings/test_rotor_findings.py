@@ -24,11 +24,13 @@ from platform_daemon.diagnosis.findings.rotor_findings import leaves_less
 )
 def test_by_what_both_leave(sure, verdict, more, takes_it, monkeypatch):
     monkeypatch.setattr(rotor_findings, "chi2_beside_one_angle", lambda rotor, fit: [600.0 + more, 400.0])
-    rotor = SimpleNamespace(fit=SimpleNamespace(chi2_per_dof=1.0), sure=sure)
+    rotor = SimpleNamespace(fit=SimpleNamespace(chi2_per_dof=1.0), sure=sure, predicts=True)
     assert leaves_less(rotor, SimpleNamespace(chi2=1000.0), verdict) is takes_it
+    beside_it = SimpleNamespace(fit=rotor.fit, sure=sure, predicts=False)
+    assert leaves_less(beside_it, SimpleNamespace(chi2=1000.0), verdict) is (takes_it and verdict != "explained")
     noisy = replace_chi2(rotor, 1.5)
     assert not leaves_less(noisy, SimpleNamespace(chi2=1e9), verdict)
 
 
 def replace_chi2(rotor, chi2_per_dof):
-    return SimpleNamespace(fit=SimpleNamespace(chi2_per_dof=chi2_per_dof), sure=rotor.sure)
+    return SimpleNamespace(fit=SimpleNamespace(chi2_per_dof=chi2_per_dof), sure=rotor.sure, predicts=True)
