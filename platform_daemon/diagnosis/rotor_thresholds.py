@@ -21,9 +21,8 @@ class RigidBody:
     plane_peak: float = 0.5  # of f_nat: peaks of the noise that are narrower are lines of the motion [unset]
     plane_stretch: int = 9  # frequencies in a stretch of a spectrum that stands out or not [unset]
     plane_out_sigma: float = 4.0  # by which it does [noise: 1e-3]
-    plane_level_share: float = (
-        0.03  # of the noise, by which that of the others is lower by chance and by the cut [unset]
-    )
+    # of the measured noise, by which that of the other frequencies may be lower for the cut alone [unset]
+    plane_level_share: float = 0.03
     plane_turns: int = 4  # in which the noise of the others is found [cost]
     plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
     start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
@@ -82,12 +81,11 @@ class RigidBody:
     # the same of a window where a rotor counts only if it leaves noise; one of 1.13 had 1.33 minutes later [unset]
     given_up_chi2_per_dof: float = 1.1
     # chi2/dof of predicted ends from which on a rotor lies beside the right one: right ones had up to 1.14, wrong ones
-    # 1.49 and 8.5 [A]
+    # 1.49 and 8.5 [unset]
     poor_prediction_chi2_per_dof: float = 1.3
     most_wider_chi2: float = 100.0  # of these by which errors are widened: a lost motion has 1e5 [unset]
-    sure_sigma: float = (
-        5.0  # of the size of the error, or root of the chi^2 that a rotor without it leaves more [noise: 6e-7]
-    )
+    # of the size of the error, or root of the chi^2 that a rotor without it leaves more [noise: 6e-7]
+    sure_sigma: float = 5.0
     weighed_sigma: float = 2.0  # of the size, from which on a rotor without the error is fitted beside it [cost]
     least_rad: float = 2e-4  # tilt that is an error: coils and glass scales show the axes no better [unset]
     least_m: float = 1e-6  # displacement, likewise; a perfect jewel at 581 uT is fitted with 4e-5 rad or 0.6 um [unset]
