@@ -26,6 +26,7 @@ class RigidBody:
     plane_turns: int = 4  # in which the noise of the others is found [cost]
     plane_share: float = 1e-3  # of the signal: less along the axis is not searched for its cause [unset]
     start_rad: float = 0.02  # tilt at which a fit starts, with both signs [unset]
+    large_start_rad: float = 0.045  # of a jewel, where that leaves less: 0.047 at 95 % of the threshold [unset]
     start_m: float = 1e-4  # displacement, likewise [unset]
     near_rad: float = 0.1  # between the orientation of one angle and the declared one, up to which they are one [unset]
     upright_rad: float = 1.4  # of a main axis from the vertical, up to which it is meant to be so [unset]
@@ -61,8 +62,8 @@ class RigidBody:
     # m/s, of which each law of a contact begins with the one that leaves least in the shortest window [unset]
     creeps_m_per_s: tuple[float, ...] = (2e-3, 2e-4)
     laws_from_s: float = 0.5  # s of a window from which on laws of a contact are excluded as look-alikes are [unset]
-    # times chi^2 of a law's own start, below which its fit begins with the best law's values [unset]
-    near_law: float = 10.0
+    # of chi2/dof in a window, up to which one law of a contact is enough there [noise: 1e-3]
+    noise_sigma: float = 3.0
     same_sigma: float = 1.0  # standard deviations by which two sizes of one error are the same minimum [unset]
     # of the swing at its start: below, where a jewel's contact sticks and slips, a rotor tells nothing more [unset]
     kept_swing: float = 0.03

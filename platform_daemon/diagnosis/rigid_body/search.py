@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.physics.rigid_rotor.contact_law import ContactLaw
-from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
+from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
 from platform_daemon.estimation.rotor_fit.fit import (
+    CREEP,
     RotorFit,
     RotorFitError,
     Stage,
@@ -28,6 +27,7 @@ from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
 from .exchange import fits_instead
+from .other_laws import fits_with_other_laws, leaves_noise
 from .starts import Start, starts_of
 
 _LIMITS = THRESHOLDS.rigid_body
@@ -50,8 +50,12 @@ class Contestant:
     @property
     def law(self) -> ContactLaw:
         """Of a jewel's contact."""
-        values = self.fit.values[0]
-        return ContactLaw(values.creep_law, values.contact_coupling)
+        return law_of(self.fit.values[0])
+
+    @classmethod
+    def after(cls, stages: tuple[Stage, ...], window_s: float, fit: RotorFit, known: RotorValues) -> Contestant:
+        """One that went through some windows before that of its fit."""
+        return cls(fit, known, (*stages, Stage(window_s, fit.values, total_chi2(fit))))
 
     def stays(self, field: Sequence[Contestant], window_s: float) -> bool:
         """The window does not exclude it; in a long one a contact's law, which is no name, goes sooner.
@@ -142,30 +146,27 @@ def ranked(
 
     Raises RotorFitError: also where no rotor explains a window.
 
-    In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.  So are
-    the laws of a jewel's contact: near rest it is not Coulomb's, and which other one is not known.  A kind that has not
-    begun or went astray in a window begins from the best one of the last window but one, beside the last window of
-    that; where the last window excludes it, once more from the one that is best then, and all others from a late one
-    that leaves less than the best.
+    In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.  A kind
+    that has not begun or went astray in a window begins from the best one of the last window but one, beside the last
+    window of that; where the last window excludes it, once more from the one that is best then, and all others from a
+    late one that leaves less than the best.
     """
-    starts = [start for begun, known in _begun(shot, pool) for start in _by_laws(shot, begun, known, pool)]
+    starts = [_with_its_creep(shot, begun, known, pool) for begun, known in _begun(shot, pool)]
     field: list[Contestant] = []
     *growing, longest = windows_s(2.0 * _LIMITS.sign_window_s, longest_s([shot]))
     for window_s in growing:
-        field = _narrowed(_fits(shot, window_s, starts, pool), starts, field, window_s, most_chi2_per_dof)
+        field = _contest(shot, window_s, starts, field, most_chi2_per_dof, pool)
         starts = [Start(c.defect, c.fit.values[0], c.known) for c in field]
     begun = field[0] if field else None
     early = _missing(field) if field else []
-    tasks: list[Callable[[], Sequence[RotorFit | None]]] = [
-        partial(_fits, shot, longest, starts, pool, whole=True),
-        partial(_late, shot, field, early, pool),
-    ]
-    fits, late = beside_each_other(lambda task: task(), tasks, at_once=len(tasks))
-    field = _narrowed(fits, starts, field, longest, most_chi2_per_dof)
+    with ThreadPoolExecutor(1) as beside:
+        rivals = beside.submit(_late, shot, field, early, pool)
+        field = _contest(shot, longest, starts, field, most_chi2_per_dof, pool, whole=True)
+        late = rivals.result()
     best: dict[tuple[Defect, ContactLaw, bool], RotorFit] = {}
     for c in field:
         best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
-    near = [f for f in late if f is not None and rise(f, field[0].fit) < _RIVAL_CHI2]
+    near = [f for f in late if rise(f, field[0].fit) < _RIVAL_CHI2]
     # Where the last window excludes the former best one, what began from that proves nothing by being far off.
     same = begun is not None and any(begun.alike(c) for c in field)
     tried = {f.defect for f in near} | (set(early) if same else set())
@@ -229,85 +230,77 @@ def _fits(
     best: RotorFit = first
 
     def other(start: Start) -> RotorFit | None:
-        tried = (fitted(s, to_beat=_to_beat([best], start), whole=False) for s in _nearer(shot, window_s, best, start))
-        return next((fit for fit in tried if fit is not None), None)
+        if leaves_noise(best) and _differ_by_law(best, start):
+            return None
+        return fitted(start, to_beat=_to_beat([best], start), whole=False)
 
     return [first, *beside_each_other(other, starts[1:])]
 
 
-def _nearer(shot: RotorShot, window_s: float, best: RotorFit, start: Start) -> list[Start]:
-    """Where a fit with a start begins, one after the other: with the best one's values but its own law and creep,
-    unless these leave very much more, and with its own values.
-
-    Two laws of a contact that are alike lie in one valley, but from its own values of the window before, the second one
-    may need twenty steps along the floor, and would be given up as excluded long before.  The best one's values may
-    leave as much as these, since the other law lifts them up a wall; from there one step leads back.
-    """
-    values, own = best.values[0], start.values
-    law = ContactLaw(own.creep_law, own.contact_coupling)
-    same_law = law == ContactLaw(values.creep_law, values.contact_coupling)
-    if same_law or best.defect != start.defect or best.strength[0] * getattr(own, start.defect) < 0.0:
-        return [start]
-    moved = values.with_numbers({**law._asdict(), "creep_m_per_s": own.creep_m_per_s})
-    try:
-        here, there = (float(np.sum(shot.residual(v, window_s) ** 2)) for v in (own, moved))
-    except (NoRestError, LostRotorError):
-        return [start]
-    return [replace(start, values=moved), start] if there < _LIMITS.near_law * here else [start]
+def _differ_by_law(fit: RotorFit, start: Start) -> bool:
+    """One error with one sign, and another law of a jewel's contact."""
+    values = fit.values[0]
+    same = fit.defect == start.defect and fit.strength[0] * getattr(start.values, start.defect) > 0.0
+    return same and law_of(values) != law_of(start.values)
 
 
-def _narrowed(
-    fits: Sequence[RotorFit | None],
+def _contest(
+    shot: RotorShot,
+    window_s: float,
     starts: Sequence[Start],
     before: Sequence[Contestant],
-    window_s: float,
     most_chi2_per_dof: float,
+    pool: Executor,
+    *,
+    whole: bool = False,
 ) -> list[Contestant]:
     """Those that a window does not exclude, the best first.
 
-    fits: with `starts`; before: the contestants that these were; empty in the first window.
+    Other laws of a jewel's contact are tried where the best one leaves more than noise, and in the whole window.
+
+    before: the contestants that `starts` were; empty in the first window.
 
     Raises RotorFitError: no rotor explains the window.
     """
     field: list[Contestant] = []
     stages = [c.stages for c in before] or [()] * len(starts)
-    for fit, start, gone_through in zip(fits, starts, stages, strict=True):
-        if fit is None:
-            continue
-        one = Contestant(fit, start.known, (*gone_through, Stage(window_s, fit.values, total_chi2(fit))))
-        if not one.among(field):
-            field.append(one)
+    for fit, start, gone_through in zip(_fits(shot, window_s, starts, pool, whole=whole), starts, stages, strict=True):
+        if fit is not None:
+            field.append(Contestant.after(gone_through, window_s, fit, start.known))
     field.sort(key=lambda c: total_chi2(c.fit))
+    if field and (whole or not leaves_noise(field[0].fit)):
+        leader = replace(field[0].fit, stages=field[0].stages)
+        begun = replace(leader.shots[0], values=leader.values[0] if leaves_noise(leader) else starts[0].values)
+        held = () if whole else _held(shot, window_s)
+        laws = [c.law for c in field if c.defect == leader.defect and c.fit.strength[0] * leader.strength[0] > 0.0]
+        field += [
+            Contestant.after(fit.stages, window_s, fit, fit.known[0])
+            for fit in fits_with_other_laws(begun, leader, laws, held, pool)
+        ]
+        field.sort(key=lambda c: total_chi2(c.fit))
     most = most_chi2_per_dof if window_s > _LIMITS.laws_from_s else _LIMITS.explained_chi2_per_dof
     if not field or field[0].fit.chi2_per_dof > most:
         raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
-    return [c for c in field if c.stays(field, window_s)]
+    apart = [c for k, c in enumerate(field) if not c.among(field[:k])]
+    return [c for c in apart if c.stays(apart, window_s)]
 
 
-def _by_laws(shot: RotorShot, begun: RotorFit, known: RotorValues, pool: Executor) -> list[Start]:
-    """Starts from the fit of a short window: of a jewel with each law of its contact, and its creep that leaves least.
+def _with_its_creep(shot: RotorShot, begun: RotorFit, known: RotorValues, pool: Executor) -> Start:
+    """A start from the fit of a short window; of a jewel with the creep that leaves least there.
 
-    The short window tells what friction goes with a law; with that of another law its fits go astray in longer ones.
+    The short window tells what friction goes with a creep; with that of another one fits go astray in longer ones.
     """
     found = begun.values[0]
     # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
-    distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
-    starts = []
-    jewel = shot.geometry.bearing == "jewel"
-    for law in _LIMITS.contact_laws if jewel else _LIMITS.contact_laws[:1]:
-        numbers = {"distance_m": distance_m, **law._asdict()}
-        start = Start(defect_of(begun), found.with_numbers(numbers), known.with_numbers(numbers))
-        if not jewel:
-            starts.append(start)
-            continue
-        creeps = [
-            replace(start, values=start.values.with_numbers({"creep_m_per_s": c})) for c in _LIMITS.creeps_m_per_s
-        ]
-        held = _held(shot, _LIMITS.sign_window_s)
-        fits = beside_each_other(partial(_fitted, shot, _LIMITS.sign_window_s, held, whole=False, pool=pool), creeps)
-        if some := [fit for fit in fits if fit is not None]:
-            starts.append(replace(start, values=min(some, key=total_chi2).values[0]))
-    return starts
+    numbers = {"distance_m": shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)}
+    start = Start(defect_of(begun), found.with_numbers(numbers), known.with_numbers(numbers))
+    if shot.geometry.bearing == "thread":
+        return start
+    creeps = [replace(start, values=start.values.with_numbers({CREEP: c})) for c in _LIMITS.creeps_m_per_s]
+    held = _held(shot, _LIMITS.sign_window_s)
+    fits = beside_each_other(partial(_fitted, shot, _LIMITS.sign_window_s, held, whole=False, pool=pool), creeps)
+    some = [fit for fit in fits if fit is not None]
+    return replace(start, values=min(some, key=total_chi2).values[0]) if some else start
 
 
 def _fitted(
@@ -339,6 +332,11 @@ def total_chi2(fit: RotorFit) -> float:
 def rise(fit: RotorFit, best: RotorFit) -> float:
     """Of chi^2 over that of the best fit, in units of what that leaves."""
     return (total_chi2(fit) - total_chi2(best)) / max(1.0, best.chi2_per_dof)
+
+
+def law_of(values: RotorValues) -> ContactLaw:
+    """Of a jewel's contact."""
+    return ContactLaw(values.creep_law, values.contact_coupling)
 
 
 def defect_of(fit: RotorFit) -> Defect:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
-from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
+from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
@@ -46,19 +46,34 @@ def starts_of(shot: RotorShot, pool: Executor) -> Iterator[list[Start]]:
 
 
 def _near(shot: RotorShot) -> list[Start]:
-    """A thread's errors act differently when they are large; those of a jewel act alike in so short a time, and f_nat
-    is above the main mode by the square of the error.  Both signs are tried."""
+    """A thread's errors act differently when they are large; those of a jewel act alike in so short a time.  Both signs
+    are tried."""
     values, tilt = shot.values, _LIMITS.start_rad
     if shot.geometry.bearing == "jewel":
-        f_nat_hz = (1.0 + _LIMITS.jewel_softening * tilt**2) * values.f_nat_hz
-        return [
-            Start(DEFECTS[0], values.with_numbers({DEFECTS[0]: sign * tilt, "f_nat_hz": f_nat_hz}), values)
-            for sign in (1.0, -1.0)
-        ]
+        return [_jewel_start(shot, sign) for sign in (1.0, -1.0)]
     sizes = {d: _LIMITS.start_m if d == "lateral_displacement_m" else tilt for d in DEFECTS}
     return [
         Start(d, values.with_numbers({d: sign * size}), values) for d, size in sizes.items() for sign in (1.0, -1.0)
     ]
+
+
+def _jewel_start(shot: RotorShot, sign: float) -> Start:
+    """A small or a large tilt, by what they leave: f_nat is above the main mode by the square of the tilt, so that the
+    phase of a small one runs away from that of a large one within the window."""
+    values, starts = shot.values, []
+    for tilt in (_LIMITS.start_rad, _LIMITS.large_start_rad):
+        f_nat_hz = (1.0 + _LIMITS.jewel_softening * tilt**2) * values.f_nat_hz
+        tilted = values.with_numbers({DEFECTS[0]: sign * tilt, "f_nat_hz": f_nat_hz})
+        starts.append(Start(DEFECTS[0], tilted, values))
+    return min(starts, key=lambda start: _left(shot, start.values))
+
+
+def _left(shot: RotorShot, values: RotorValues) -> float:
+    """chi^2 of a shot; infinite where there is no such rotor."""
+    try:
+        return float(np.sum(shot.residual(values, shot.samples.shape[1] / shot.rate_hz) ** 2))
+    except (NoRestError, LostRotorError):
+        return math.inf
 
 
 def _of_grid(shot: RotorShot, pool: Executor) -> list[Start]:

@@ -103,6 +103,7 @@ def fit_rotor(
     whole: bool = True,
     known: Sequence[RotorValues] | None = None,
     beside: RotorFit | None = None,
+    most_rise: float = LIMITS.rival_chi2,
     to_beat: float = math.inf,
     predicts: bool = True,
     most_chi2_per_dof: float = math.inf,
@@ -118,7 +119,8 @@ def fit_rotor(
         known: of each shot what is known beforehand, where that is not what the fit starts with.
         whole: the last window is the whole ring-down; False: it is one of those that grow, so that the fit need not be
             settled to the last digit.
-        beside: a fit with another defect; this one ends where a window's chi^2 rises too far above that one's.
+        beside: another fit; this one ends where a window's chi^2 rises too far above that one's.
+        most_rise: of chi^2 in a window above that of `beside`, in units of what that leaves.
         to_beat: chi^2 of the last window, above which this fit is of no use: it ends where it will not come below.
         predicts: the last window but one is the share of the ring-down from which the rest is to be predicted.
         most_chi2_per_dof: of a window, above which the fit ends.
@@ -135,16 +137,15 @@ def fit_rotor(
         ends = window_s == longest
         last = whole and ends
         left_chi2 = LIMITS.found_chi2 if last else LIMITS.settled_chi2 * (1.0 if ends else math.sqrt(len(shots)))
+        most_chi2 = to_beat if ends else _most_chi2(window_s, beside, most_rise)
         values, matrix, chi2, dof = settled(
-            shots, layout, values, first, window_s, last, pool, to_beat if ends else math.inf, left_chi2=left_chi2
+            shots, layout, values, first, window_s, last, pool, most_chi2, left_chi2=left_chi2
         )
         if sum(chi2) > most_chi2_per_dof * sum(dof):
             raise RotorFitError(f"this rotor does not explain the first {window_s:.3g} s")
         if ends:
             break
         stages.append(Stage(window_s, tuple(values), sum(chi2) + layout.prior(values, first)[2]))
-        if beside is not None:
-            _still_alike(stages[-1], beside)
     matrix = _without_noise(shots, layout, values, first, window_s, matrix, pool)
     found = _stated(shots, layout, values, matrix, chi2, dof, window_s, defect, first)
     return replace(found, stages=tuple(stages), known_chi2=layout.prior(values, first)[2], whole=whole)
@@ -320,11 +321,13 @@ def windows_s(first_s: float, longest_s: float, *, predicts: bool = True) -> lis
     return [*found, longest_s]
 
 
-def _still_alike(stage: Stage, beside: RotorFit) -> None:
-    """Raises RotorFitError."""
-    other = next((s for s in beside.stages if math.isclose(s.window_s, stage.window_s)), None)
-    if other is not None and stage.chi2 - other.chi2 > LIMITS.rival_chi2 * max(1.0, beside.chi2_per_dof):
-        raise RotorFitError(f"{beside.defect} explains the first {stage.window_s:.3g} s better")
+def _most_chi2(window_s: float, beside: RotorFit | None, most_rise: float) -> float:
+    """Of a window, from which on a fit is no rival of the one beside it; infinite without one."""
+    stages = () if beside is None else beside.stages
+    other = next((s for s in stages if math.isclose(s.window_s, window_s)), None)
+    if beside is None or other is None:
+        return math.inf
+    return other.chi2 + most_rise * max(1.0, beside.chi2_per_dof)
 
 
 def exchanged(
