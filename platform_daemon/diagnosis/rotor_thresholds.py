@@ -47,11 +47,12 @@ class RigidBody:
     # m/s of slip below which a jewel's contact creeps, at the start [unset]
     creep_m_per_s: float = 2e-3
     creep_spin_rad_per_s: float = 5.0  # rad/s of spin, likewise [unset]
-    # of a jewel's contact: its friction falls below a slip as s / sqrt(s^2 + c^2), as s / (s + c), or as the first at
-    # each point of the disc; slip and spin share that of one disc, by Pade or exactly, or have their own [physics]
+    # of a jewel's contact: its friction falls below a slip as s / sqrt(s^2 + c^2), as s / (s + c), as the first at each
+    # point of the disc, or as tanh(s / c); slip and spin share that of one disc, by Pade or exactly, or have their own
+    # [physics]
     contact_laws: tuple[ContactLaw, ...] = (
         ContactLaw(0.0, 1.0), ContactLaw(1.0, 1.0), ContactLaw(0.0, 0.0), ContactLaw(2.0, 1.0),
-        ContactLaw(3.0, 1.0),
+        ContactLaw(3.0, 1.0), ContactLaw(4.0, 1.0), ContactLaw(4.0, 0.0),
     )  # fmt: skip
     damping_axis_to_thread: float = 0.5  # between the rotor's own axis and the thread's, at the start [unset]
     leading_swing: float = 1.3  # times the first shot's, from which on a larger one is fitted before it [unset]

@@ -125,6 +125,16 @@ class Reference:
             push, twist = disc_friction(slid / edge)
             force, torque = -mu * load * push * slip / slid, mu * load * a**2 * twist * spin / edge
             return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
+        if law == 4 and coupling:  # Coulomb's at each point of the disc, by the tangent of both
+            edge = a * abs(spin)
+            push, twist = disc_friction(size / edge)
+            both = mu * load * np.tanh(np.hypot(size, edge) / slowest_slip)
+            force, torque = -both * push * slip / size, both * a * twist * np.sign(spin)
+            return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
+        if law == 4:
+            force = -mu * load * np.tanh(size / slowest_slip) * slip / size
+            torque = 3 * np.pi / 16 * a * mu * load * np.tanh(spin / slowest_spin)
+            return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
         force = -mu * load * slip / (creeping + coupling * 8 * a * turn / (3 * np.pi))
         torque = 3 * np.pi / 16 * a * mu * load * spin / (turn + coupling * 15 * np.pi / 16 * size / a)
         return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)

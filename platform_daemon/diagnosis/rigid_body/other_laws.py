@@ -11,16 +11,27 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
 from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.physics.rigid_rotor.contact_law import ContactLaw
-from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor
+from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
+from platform_daemon.estimation.rotor_fit.fit import CREEP, RotorFit, RotorFitError, fit_rotor, longest_s
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
+from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
+
+from .held import held_in
+from .starts import Start
 
 _LIMITS = THRESHOLDS.rigid_body
+
+
+def law_of(values: RotorValues) -> ContactLaw:
+    """Of a jewel's contact."""
+    return ContactLaw(values.creep_law, values.contact_coupling)
 
 
 def leaves_noise(fit: RotorFit) -> bool:
@@ -29,37 +40,67 @@ def leaves_noise(fit: RotorFit) -> bool:
 
 
 def fits_with_other_laws(
-    shot: RotorShot, leader: RotorFit, without: Sequence[ContactLaw], held: Sequence[str], pool: Executor
+    shot: RotorShot, leader: RotorFit | None, starts: Sequence[Start], pool: Executor
 ) -> list[RotorFit]:
-    """Fits of one shot with the leader's error and other laws, but those that the leader excludes.
+    """Fits of one shot with the leader's error and other laws, without those that the leader excludes.
 
     They are settled as far as comparing them needs.
 
     Args:
-        shot: with the values at which they begin.
-        leader: of the same shot, with the windows before it.
-        without: laws that are not tried.
-        held: names of parameters that are not free.
+        shot: a window of it.
+        leader: of the same window, with those before it; None: no fit went so far.
+        starts: with the laws, from a short window; where the leader explains the window, they begin from its values.
         pool: for the columns of the Jacobian.
     """
-    if shot.geometry.bearing != "jewel":
-        return []
-    laws = [law for law in _LIMITS.contact_laws if law not in without]
-    fits = beside_each_other(partial(_with_law, shot, leader, held, pool), laws)
+    fits = beside_each_other(partial(_fit_with_law, shot, leader, pool), starts)
     return [fit for fit in fits if fit is not None]
 
 
-def _with_law(
-    shot: RotorShot, leader: RotorFit, held: Sequence[str], pool: Executor, law: ContactLaw
-) -> RotorFit | None:
-    most_rise = THRESHOLDS.selection.told_apart_chi2
-    to_beat = leader.total_chi2 + most_rise * max(1.0, leader.chi2_per_dof)
-    begun, known = (v.with_numbers(law._asdict()) for v in (shot.values, leader.known[0]))
-    part = replace(shot, values=begun)
+def _fit_with_law(shot: RotorShot, leader: RotorFit | None, pool: Executor, start: Start) -> RotorFit | None:
+    most_rise, begun = THRESHOLDS.selection.told_apart_chi2, start.values
     try:
+        if leader is not None and leaves_noise(leader) and _is_alike(leader, start):
+            begun = _led_back(shot, leader, start, pool)
         return fit_rotor(
-            [part], leader.defect, pool, first_window_s=_LIMITS.exchange_window_s, held=held, whole=False,
-            known=[known], beside=leader, most_rise=most_rise, to_beat=to_beat,
-        )  # fmt: skip
+            [replace(shot, values=begun)],
+            start.defect,
+            pool,
+            first_window_s=FIT_LIMITS.rigid_rotor.window_growth * _LIMITS.exchange_window_s,
+            whole=False,
+            known=[start.known],
+            beside=leader,
+            most_rise=most_rise,
+            to_beat=math.inf if leader is None else leader.total_chi2 + most_rise * max(1.0, leader.chi2_per_dof),
+        )
     except RotorFitError:
         return None
+
+
+def _is_alike(fit: RotorFit, start: Start) -> bool:
+    """One error with one sign."""
+    return fit.defect == start.defect and fit.strength[0] * getattr(start.values, start.defect) > 0.0
+
+
+def _led_back(shot: RotorShot, leader: RotorFit, start: Start, pool: Executor) -> RotorValues:
+    """The leader's values led into the valley of another law, by windows that grow from the shortest one, in which the
+    creep is held.  Raises RotorFitError."""
+    values, window_s = leader.values[0].with_numbers(law_of(start.values)._asdict()), _LIMITS.sign_window_s
+    creeps = {values.creep_m_per_s, *_LIMITS.creeps_m_per_s}
+    tried = [replace(start, values=values.with_numbers({CREEP: creep})) for creep in creeps]
+    while window_s <= min(_LIMITS.exchange_window_s, longest_s([shot])):
+        fits = [fit for one in tried if (fit := _fit_of_window(shot, window_s, one, pool)) is not None]
+        if not fits:
+            raise RotorFitError(f"this law explains no window of {window_s:.3g} s")
+        tried = [replace(start, values=min(fits, key=lambda fit: fit.total_chi2).values[0])]
+        window_s *= FIT_LIMITS.rigid_rotor.window_growth
+    return tried[0].values
+
+
+def _fit_of_window(shot: RotorShot, window_s: float, start: Start, pool: Executor) -> RotorFit | None:
+    part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=start.values)
+    held = held_in(shot, window_s)
+    with suppress(RotorFitError):
+        return fit_rotor(
+            [part], start.defect, pool, first_window_s=math.inf, held=held, whole=False, known=[start.known]
+        )
+    return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -22,12 +22,13 @@ from platform_daemon.estimation.rotor_fit.fit import (
     longest_s,
     windows_s,
 )
-from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, OFF_DRAWING, Defect
+from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
 from .exchange import fits_instead
-from .other_laws import fits_with_other_laws, leaves_noise
+from .held import held_in
+from .other_laws import fits_with_other_laws, law_of, leaves_noise
 from .starts import Start, starts_of
 
 _LIMITS = THRESHOLDS.rigid_body
@@ -88,7 +89,7 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
     Raises RotorFitError.
     """
     part = replace(shot, samples=shot.samples[:, : shot.count(_LIMITS.sign_window_s)])
-    held = _held(shot, _LIMITS.sign_window_s)
+    held = held_in(shot, _LIMITS.sign_window_s)
     # Where the state at the start is not known, side modes and orientation are told apart in windows that grow.
     first_s = _LIMITS.first_free_window_s if shot.start == "free" else math.inf
     found: list[tuple[RotorFit, RotorValues]] = []
@@ -106,8 +107,9 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
             break
     if not found:
         raise RotorFitError("a short window finds no rotor")
-    best = min((fit for fit, _ in found), key=total_chi2)
-    return [(fit, known) for fit, known in found if rise(fit, best) < _RIVAL_CHI2]
+    one_by_one = sorted((Contestant(fit, known) for fit, known in found), key=lambda c: total_chi2(c.fit))
+    apart = [c for k, c in enumerate(one_by_one) if not c.among(one_by_one[:k])]
+    return [(c.fit, c.known) for c in apart if rise(c.fit, apart[0].fit) < _RIVAL_CHI2]
 
 
 def _to_beat(fits: Sequence[RotorFit], start: Start) -> float:
@@ -119,22 +121,6 @@ def _to_beat(fits: Sequence[RotorFit], start: Start) -> float:
     same = [fit for fit in fits if fit.defect == start.defect and fit.strength[0] * strength > 0.0]
     above = THRESHOLDS.selection.told_apart_chi2 if same else _RIVAL_CHI2
     return total_chi2(min(same, key=total_chi2, default=best)) + above * max(1.0, best.chi2_per_dof)
-
-
-def _held(shot: RotorShot, window_s: float) -> tuple[str, ...]:
-    """What a window tells too little of, how far the rotor is off its drawing among it.
-
-    One angle tells a jewel's m_r, and with it the distance, to a thousandth, a thread's only to a tenth; free in a
-    short window of a jewel the distance runs away.  In the shortest windows so do, for a thread, the damping of
-    its centre and the axis of lambda, and for a jewel all losses, which go with its creep.
-    """
-    first = window_s <= _LIMITS.sign_window_s
-    if shot.geometry.bearing == "thread":
-        return ("side_damping_per_s", "damping_axis_to_thread", *OFF_DRAWING) if first else ()
-    if first:
-        losses = ("lambda_per_s", "side_damping_per_s", "lean_damping_per_s", "creep_m_per_s", "creep_spin_rad_per_s")
-        return ("distance_m", *OFF_DRAWING, *losses)
-    return ("distance_m", *OFF_DRAWING) if window_s <= _LIMITS.jewel_distance_from_s else ()
 
 
 def ranked(
@@ -151,17 +137,17 @@ def ranked(
     window of that; where the last window excludes it, once more from the one that is best then, and all others from a
     late one that leaves less than the best.
     """
-    starts = [_with_its_creep(shot, begun, known, pool) for begun, known in _begun(shot, pool)]
+    starts = [start for begun, known in _begun(shot, pool) for start in _by_laws(shot, begun, known, pool)]
     field: list[Contestant] = []
     *growing, longest = windows_s(2.0 * _LIMITS.sign_window_s, longest_s([shot]))
     for window_s in growing:
-        field = _contest(shot, window_s, starts, field, most_chi2_per_dof, pool)
-        starts = [Start(c.defect, c.fit.values[0], c.known) for c in field]
+        field, spared = _contest(shot, window_s, starts, most_chi2_per_dof, pool)
+        starts = [*(Start(c.defect, c.fit.values[0], c.known, c.stages) for c in field), *spared]
     begun = field[0] if field else None
     early = _missing(field) if field else []
     with ThreadPoolExecutor(1) as beside:
         rivals = beside.submit(_late, shot, field, early, pool)
-        field = _contest(shot, longest, starts, field, most_chi2_per_dof, pool, whole=True)
+        field, _ = _contest(shot, longest, starts, most_chi2_per_dof, pool, whole=True)
         late = rivals.result()
     best: dict[tuple[Defect, ContactLaw, bool], RotorFit] = {}
     for c in field:
@@ -220,7 +206,7 @@ def _fits(
     """
     if not starts:
         return []
-    held = () if whole else _held(shot, window_s)
+    held = () if whole else held_in(shot, window_s)
     fitted = partial(_fitted, shot, window_s, held, whole=whole, pool=pool)
     if window_s <= _LIMITS.laws_from_s:
         return beside_each_other(fitted, starts)
@@ -230,77 +216,82 @@ def _fits(
     best: RotorFit = first
 
     def other(start: Start) -> RotorFit | None:
-        if leaves_noise(best) and _differ_by_law(best, start):
-            return None
         return fitted(start, to_beat=_to_beat([best], start), whole=False)
 
     return [first, *beside_each_other(other, starts[1:])]
-
-
-def _differ_by_law(fit: RotorFit, start: Start) -> bool:
-    """One error with one sign, and another law of a jewel's contact."""
-    values = fit.values[0]
-    same = fit.defect == start.defect and fit.strength[0] * getattr(start.values, start.defect) > 0.0
-    return same and law_of(values) != law_of(start.values)
 
 
 def _contest(
     shot: RotorShot,
     window_s: float,
     starts: Sequence[Start],
-    before: Sequence[Contestant],
     most_chi2_per_dof: float,
     pool: Executor,
     *,
     whole: bool = False,
-) -> list[Contestant]:
-    """Those that a window does not exclude, the best first.
+) -> tuple[list[Contestant], list[Start]]:
+    """Those that a window does not exclude, the best first, and starts that were not needed.
 
-    Other laws of a jewel's contact are tried where the best one leaves more than noise, and in the whole window.
-
-    before: the contestants that `starts` were; empty in the first window.
+    In a long window fits with each law of a jewel's contact are slow: those that differ from one before them by
+    nothing else are spared while the best leaves noise, but not in the whole window.
 
     Raises RotorFitError: no rotor explains the window.
     """
-    field: list[Contestant] = []
-    stages = [c.stages for c in before] or [()] * len(starts)
-    for fit, start, gone_through in zip(_fits(shot, window_s, starts, pool, whole=whole), starts, stages, strict=True):
-        if fit is not None:
-            field.append(Contestant.after(gone_through, window_s, fit, start.known))
-    field.sort(key=lambda c: total_chi2(c.fit))
-    if field and (whole or not leaves_noise(field[0].fit)):
-        leader = replace(field[0].fit, stages=field[0].stages)
-        begun = replace(leader.shots[0], values=leader.values[0] if leaves_noise(leader) else starts[0].values)
-        held = () if whole else _held(shot, window_s)
-        laws = [c.law for c in field if c.defect == leader.defect and c.fit.strength[0] * leader.strength[0] > 0.0]
-        field += [
-            Contestant.after(fit.stages, window_s, fit, fit.known[0])
-            for fit in fits_with_other_laws(begun, leader, laws, held, pool)
-        ]
-        field.sort(key=lambda c: total_chi2(c.fit))
+    tried, spared = list[Start](), list[Start]()
+    for start in starts:
+        spare = window_s > _LIMITS.laws_from_s and any(_differ_by_law(start, other) for other in tried)
+        (spared if spare else tried).append(start)
+    field = _sorted(
+        Contestant.after(start.stages, window_s, fit, start.known)
+        for fit, start in zip(_fits(shot, window_s, tried, pool, whole=whole), tried, strict=True)
+        if fit is not None
+    )
+    if spared and (whole or not field or not leaves_noise(field[0].fit)):
+        part = replace(shot, samples=shot.samples[:, : shot.count(window_s)])
+        leader = replace(field[0].fit, stages=field[0].stages) if field else None
+        fits = fits_with_other_laws(part, leader, spared, pool)
+        field = _sorted([*field, *(Contestant.after(fit.stages, window_s, fit, fit.known[0]) for fit in fits)])
+        spared = []
     most = most_chi2_per_dof if window_s > _LIMITS.laws_from_s else _LIMITS.explained_chi2_per_dof
     if not field or field[0].fit.chi2_per_dof > most:
         raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
     apart = [c for k, c in enumerate(field) if not c.among(field[:k])]
-    return [c for c in apart if c.stays(apart, window_s)]
+    return [c for c in apart if c.stays(apart, window_s)], spared
 
 
-def _with_its_creep(shot: RotorShot, begun: RotorFit, known: RotorValues, pool: Executor) -> Start:
-    """A start from the fit of a short window; of a jewel with the creep that leaves least there.
+def _sorted(field: Iterable[Contestant]) -> list[Contestant]:
+    """The best first."""
+    return sorted(field, key=lambda c: total_chi2(c.fit))
 
-    The short window tells what friction goes with a creep; with that of another one fits go astray in longer ones.
+
+def _differ_by_law(one: Start, other: Start) -> bool:
+    """One error with one sign, and two laws of a jewel's contact."""
+    sizes = [getattr(start.values, one.defect) for start in (one, other)]
+    return one.defect == other.defect and sizes[0] * sizes[1] > 0.0 and law_of(one.values) != law_of(other.values)
+
+
+def _by_laws(shot: RotorShot, begun: RotorFit, known: RotorValues, pool: Executor) -> list[Start]:
+    """Starts from the fit of a short window: of a jewel with each law of its contact, and its creep that leaves least.
+
+    The short window tells what friction goes with a law; with that of another law its fits go astray in longer ones.
     """
     found = begun.values[0]
     # m_r of one angle is a tenth off where much of the motion leaves its plane, and with it the distance.
-    numbers = {"distance_m": shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)}
-    start = Start(defect_of(begun), found.with_numbers(numbers), known.with_numbers(numbers))
-    if shot.geometry.bearing == "thread":
-        return start
-    creeps = [replace(start, values=start.values.with_numbers({CREEP: c})) for c in _LIMITS.creeps_m_per_s]
-    held = _held(shot, _LIMITS.sign_window_s)
-    fits = beside_each_other(partial(_fitted, shot, _LIMITS.sign_window_s, held, whole=False, pool=pool), creeps)
-    some = [fit for fit in fits if fit is not None]
-    return replace(start, values=min(some, key=total_chi2).values[0]) if some else start
+    distance_m = shot.geometry.distance_m(found.f_nat_hz, found.m_r_am2)
+    starts = []
+    jewel = shot.geometry.bearing == "jewel"
+    for law in _LIMITS.contact_laws if jewel else _LIMITS.contact_laws[:1]:
+        numbers = {"distance_m": distance_m, **law._asdict()}
+        start = Start(defect_of(begun), found.with_numbers(numbers), known.with_numbers(numbers))
+        if not jewel:
+            starts.append(start)
+            continue
+        creeps = [replace(start, values=start.values.with_numbers({CREEP: c})) for c in _LIMITS.creeps_m_per_s]
+        held = held_in(shot, _LIMITS.sign_window_s)
+        fits = beside_each_other(partial(_fitted, shot, _LIMITS.sign_window_s, held, whole=False, pool=pool), creeps)
+        if some := [fit for fit in fits if fit is not None]:
+            starts.append(replace(start, values=min(some, key=total_chi2).values[0]))
+    return starts
 
 
 def _fitted(
@@ -332,11 +323,6 @@ def total_chi2(fit: RotorFit) -> float:
 def rise(fit: RotorFit, best: RotorFit) -> float:
     """Of chi^2 over that of the best fit, in units of what that leaves."""
     return (total_chi2(fit) - total_chi2(best)) / max(1.0, best.chi2_per_dof)
-
-
-def law_of(values: RotorValues) -> ContactLaw:
-    """Of a jewel's contact."""
-    return ContactLaw(values.creep_law, values.contact_coupling)
 
 
 def defect_of(fit: RotorFit) -> Defect:

@@ -13,6 +13,7 @@ import numpy as np
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
+from platform_daemon.estimation.rotor_fit.fit import Stage
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 
@@ -23,11 +24,12 @@ _LIMITS = THRESHOLDS.rigid_body
 
 @dataclass(frozen=True)
 class Start:
-    """Values with an error, and what is known beforehand."""
+    """Values with an error, what is known beforehand, and the windows that led to them."""
 
     defect: Defect
     values: RotorValues
     known: RotorValues
+    stages: tuple[Stage, ...] = ()
 
 
 def starts_of(shot: RotorShot, pool: Executor) -> Iterator[list[Start]]:

@@ -34,6 +34,7 @@ from .equations import (
     RATE,
     SLIP_BY_SPIN,
     SLOWEST_EDGE,
+    SLOWEST_SLIP,
     SLOWEST_SPIN,
     SPIN_BY_SLIP,
     SPIN_LEVER,
@@ -42,6 +43,7 @@ from .equations import (
     at,
     contact_radius,
     laws_shares,
+    over_tanh,
     rates,
     slipping_disc,
     three,
@@ -72,8 +74,8 @@ def _friction_slopes(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-
     most = at(lanes, PARAMETER + FRICTION, lane) * max(load, 0.0)
     creep, creep_spin = at(lanes, PARAMETER + CREEP, lane), at(lanes, PARAMETER + CREEP_SPIN, lane)
     law, coupling = at(lanes, PARAMETER + CREEP_LAW, lane), at(lanes, PARAMETER + CONTACT_COUPLING, lane)
-    sums, at_points, on_disc = laws_shares(law)
-    jointly = 1.0 - at_points - on_disc
+    sums, at_points, on_disc, by_tanh = laws_shares(law)
+    jointly = 1.0 - at_points - on_disc - by_tanh
     rest = SLOWEST_SPIN * SLOWEST_SPIN
     smooth, bare = math.sqrt(spin * spin + creep_spin * creep_spin + rest), math.sqrt(spin * spin + rest)
     turning = (1.0 - sums) * smooth + sums * (bare + creep_spin)
@@ -89,26 +91,43 @@ def _friction_slopes(lanes, lane, load, slip, spin):  # type: ignore[no-untyped-
     slides_there = math.sqrt(square + slowed * slowed * spin * spin)  # what bends them by 4 % stays explicit
     turns_there = math.sqrt(radius * radius * spin * spin + stuck * stuck) + NOTHING
     reach, side = abs(radius), math.copysign(1.0, radius)
-    slid, edge = math.sqrt(square), reach * smooth + SLOWEST_EDGE
+    creeps = 1.0 - by_tanh
+    slid = math.sqrt(slip * slip + creeps * creep * creep + SLOWEST_SLIP * SLOWEST_SLIP)
+    smooth = math.sqrt(spin * spin + creeps * creep_spin * creep_spin + rest)
+    edge = reach * smooth + SLOWEST_EDGE
+    # 1 / tanh of what creeps by it, and its derivative: -1 / sinh^2
+    whole = math.sqrt(slid * slid + edge * edge)
+    c, c_spin = abs(creep) + SLOWEST_EDGE, abs(creep_spin) + SLOWEST_SPIN
+    slow, slow_spin = over_tanh((coupling * whole + (1.0 - coupling) * slid) / c), over_tanh(bare / c_spin)
+    falls, falls_spin = (1.0 - slow * slow) / c, (1.0 - slow_spin * slow_spin) / c_spin
+    coupled, alone = by_tanh * coupling, by_tanh * (1.0 - coupling)
+    disc = on_disc + coupled * slow
     force, torque = slipping_disc(slid / edge)
     force_slope, torque_slope = disc_slopes(slid / edge)
     by_k = force_slope * slid / (force * force), side * torque_slope * edge / (torque * torque)
     k_by_slip, k_by_spin = slip / (slid * edge), -slid * reach * spin / (smooth * edge * edge)
-    slides = jointly * (creeping + slowed * turning) + at_points * slides_there + on_disc * slid / force + NOTHING
+    slides = jointly * (creeping + slowed * turning) + at_points * slides_there + disc * slid / force + NOTHING
+    slides += alone * slid * slow
     turns = (
         jointly * (radius * turning + beside * slip)
         + at_points * turns_there
-        + on_disc * side * edge / torque
+        + disc * side * edge / torque
+        + alone * radius * bare * slow_spin
         + NOTHING
     )
     slides_by_slip = jointly * creeping_slope + at_points * slip / slides_there
-    slides_by_slip += on_disc * (slip / (slid * force) - by_k[0] * k_by_slip)
+    slides_by_slip += disc * (slip / (slid * force) - by_k[0] * k_by_slip)
+    slides_by_slip += coupled * falls * slip / whole * slid / force + alone * (slow + slid * falls)
     slides_by_spin = jointly * slowed * turning_slope + at_points * slowed * slowed * spin / slides_there
-    slides_by_spin -= on_disc * by_k[0] * k_by_spin
+    slides_by_spin -= disc * by_k[0] * k_by_spin
+    slides_by_spin += coupled * falls * reach * reach * spin / whole * slid / force
     turns_by_spin = jointly * radius * turning_slope + at_points * radius * radius * spin / turns_there
-    turns_by_spin += on_disc * (side * reach * spin / (smooth * torque) - by_k[1] * k_by_spin)
+    turns_by_spin += disc * (side * reach * spin / (smooth * torque) - by_k[1] * k_by_spin)
+    turns_by_spin += coupled * falls * reach * reach * spin / whole * side * edge / torque
+    turns_by_spin += alone * radius * spin / bare * (slow_spin + bare * falls_spin)
     turns_by_slip = jointly * beside + at_points * stuck * stuck_slope / turns_there
-    turns_by_slip -= on_disc * by_k[1] * k_by_slip
+    turns_by_slip -= disc * by_k[1] * k_by_slip
+    turns_by_slip += coupled * falls * slip / whole * side * edge / torque
     by_slip, by_spin = most / slides, SPIN_LEVER * radius * radius * most / turns
     return (
         by_slip,

@@ -111,7 +111,8 @@ class RotorValues:
     lean_damping_per_s its turning about the other axes; creep_m_per_s, creep_spin_rad_per_s: slip and spin below
     which the contact creeps; creep_law: 0, the friction falls there as s / sqrt(s^2 + c^2), 1, as s / (s + c), 2, as 0
     at each point of the disc, whose spin needs no number of its own, 3, Coulomb's law at each point of the disc, where
-    slip and spin creep as with 0;
+    slip and spin creep as with 0, 4, the same with the tangent tanh(s / c), where s is the root of the squares of slip
+    and of the disc's edge, or of slip and spin, each with its own, where they do not share the friction;
     contact_coupling: 1, slip and spin share the friction of one disc, 0, each has its own; tilts and displacement as in
     fig:math_description_angle_defects (about v, along u), bearing_tilt_rad being the rotor's moment against the thread
     or the jewel about its first contact; rotation: (3, 3), from u, v, w to world axes; turn_*_rad: rotation vector by

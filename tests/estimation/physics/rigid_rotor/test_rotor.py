@@ -13,6 +13,7 @@ from platform_daemon.estimation.physics.rigid_rotor.equations import (
     LINK,
     MASS,
     PULSATION,
+    over_tanh,
     slipping_disc,
 )
 from platform_daemon.estimation.physics.rigid_rotor.implicit_step import disc_slopes
@@ -50,6 +51,10 @@ DEFECTS = {"thread": {"stator_tilt_rad": 0.02, "rotor_tilt_rad": -0.02}, "jewel"
         ("jewel", True, 0.001, LOSSES | {"creep_law": 2.0, "creep_m_per_s": 3e-4}),
         ("jewel", True, 0.001, LOSSES | {"creep_law": 3.0, "creep_spin_rad_per_s": 20.0}),
         ("jewel", True, 0.001, LOSSES | {"creep_law": 3.0, "creep_m_per_s": 3e-4}),
+        ("jewel", True, 0.001, LOSSES | {"creep_law": 4.0, "creep_m_per_s": 3e-3}),
+        ("jewel", True, 0.001, LOSSES | {"creep_law": 4.0, "creep_m_per_s": 3e-4}),
+        ("jewel", True, 0.001, LOSSES | STICKS | {"creep_law": 4.0, "creep_m_per_s": 3e-3}),
+        ("jewel", True, 0.001, LOSSES | STICKS | {"creep_law": 4.0, "creep_m_per_s": 3e-4}),
     ],
 )
 def test_the_motion_is_that_of_lagrange_from_energies_alone(name, rough, seconds, losses):
@@ -222,9 +227,15 @@ def test_the_slopes_of_a_discs_friction_are_those_of_its_values(k):
     assert disc_slopes(k) == pytest.approx(numeric, rel=0.1)  # an implicit step needs no more
 
 
-@pytest.mark.parametrize("law", [0.0, 1.0, 2.0, 3.0])
-def test_a_contact_without_a_radius_has_rates(law):
-    rotor = true_rotor(rigid_specimen("jewel", [0.0, 0.0, -9.81], 2.0), DRIVE, creep_law=law, creep_m_per_s=1e-6)
+@pytest.mark.parametrize("x", [1e-9, 1e-3, 0.3, 1.0, 5.0, 20.0, 30.0, 1e30])
+def test_the_tangent_by_which_a_contact_creeps(x):
+    assert over_tanh(x) == pytest.approx(1.0 / np.tanh(x), rel=2e-9)
+
+
+@pytest.mark.parametrize(("law", "coupling"), [(0.0, 1.0), (1.0, 1.0), (2.0, 1.0), (3.0, 1.0), (4.0, 1.0), (4.0, 0.0)])
+def test_a_contact_without_a_radius_has_rates(law, coupling):
+    contact = {"creep_law": law, "contact_coupling": coupling, "creep_m_per_s": 1e-6}
+    rotor = true_rotor(rigid_specimen("jewel", [0.0, 0.0, -9.81], 2.0), DRIVE, **contact)
     bare = RigidRotor(rotor.geometry, replace(rotor.values, tf_over_i_rad_per_s2=0.0), DRIVE)
     assert bare.sticks
     assert np.all(np.isfinite(bare.dm_dt(100, RATE_HZ)[0]))
