@@ -141,13 +141,13 @@ def ranked(
     field: list[Contestant] = []
     *growing, longest = windows_s(2.0 * _LIMITS.sign_window_s, longest_s([shot]))
     for window_s in growing:
-        field, spared = _contest(shot, window_s, starts, most_chi2_per_dof, pool)
+        field, spared = contest(shot, window_s, starts, most_chi2_per_dof, pool)
         starts = [*(Start(c.defect, c.fit.values[0], c.known, c.stages) for c in field), *spared]
     begun = field[0] if field else None
     early = _missing(field) if field else []
     with ThreadPoolExecutor(1) as beside:
         rivals = beside.submit(_late, shot, field, early, pool)
-        field, _ = _contest(shot, longest, starts, most_chi2_per_dof, pool, whole=True)
+        field, _ = contest(shot, longest, starts, most_chi2_per_dof, pool, whole=True)
         late = rivals.result()
     best: dict[tuple[Defect, ContactLaw, bool], RotorFit] = {}
     for c in field:
@@ -221,7 +221,7 @@ def _fits(
     return [first, *beside_each_other(other, starts[1:])]
 
 
-def _contest(
+def contest(
     shot: RotorShot,
     window_s: float,
     starts: Sequence[Start],

@@ -337,7 +337,7 @@ def settled(
         values, fall, here = reached.values, here.total - reached.total, reached
         small = max(fall, LIMITS.good_fall * promised) < left_chi2
         told = not at_once or freely  # a larger step was tried
-        kept = (not last or fall < chance_chi2) and abs(normal.whole_fall() - fall) < left_chi2
+        kept = fall < (chance_chi2 if last else LIMITS.kept_chi2) and abs(normal.whole_fall() - fall) < left_chi2
         if (small and told) or kept:
             break
         if at_once and (small or fall > LIMITS.good_fall * promised):

@@ -211,4 +211,10 @@ class RigidRotorThresholds:
         "1 left tilts one error low",
         START,
     )
+    kept_chi2: float = tuned(
+        30.0,
+        "1",
+        "fall of a step that brought what it promised, up to which a window that grows ends with it: after larger ones "
+        "a law of a contact was 30 above its minimum in a window of 0.2 s",
+    )
     settled_chi2: float = tuned(1.0, "1", "the same of a window that grows, and of a fit that is only to be compared")

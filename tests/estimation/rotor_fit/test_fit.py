@@ -309,6 +309,8 @@ def test_lambda_is_true_whichever_axis_it_damps_and_whatever_damps_the_side_mode
         ({"contact_coupling": 0.0}, {"contact_coupling": 1.0}),
         ({"creep_law": 2.0}, {"creep_law": 0.0}),
         ({"creep_law": 3.0}, {"creep_law": 2.0}),
+        ({"creep_law": 4.0}, {"creep_law": 3.0}),
+        ({"creep_law": 4.0, "contact_coupling": 0.0}, {"creep_law": 0.0, "contact_coupling": 1.0}),
     ],
 )
 def test_a_shot_tells_the_law_of_a_contact_and_with_it_all_else_is_true(right, wrong, pool):
@@ -330,7 +332,7 @@ def test_a_shot_tells_the_law_of_a_contact_and_with_it_all_else_is_true(right, w
         assert abs(getattr(found.values[0], name) - getattr(rotor.values, name)) < 4 * found.std[0][name], name
 
 
-@pytest.mark.parametrize("law", [0.0, 1.0, 3.0])
+@pytest.mark.parametrize("law", [0.0, 1.0, 3.0, 4.0])
 def test_errors_of_a_contact_that_sticks_are_those_of_one_that_creeps_more_but_for_its_creep(law, pool):
     """Differences of neighbours that stick hold noise, which counts as knowledge."""
     field_t, names = (4.9e-4, 0.0, 0.0), ("stator_tilt_rad", "f_nat_hz", "m_r_am2", "lambda_per_s")
