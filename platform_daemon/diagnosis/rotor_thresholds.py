@@ -48,8 +48,7 @@ class RigidBody:
     creep_m_per_s: float = 2e-3
     creep_spin_rad_per_s: float = 5.0  # rad/s of spin, likewise [unset]
     # of a jewel's contact: its friction falls below a slip as s / sqrt(s^2 + c^2), as s / (s + c), as the first at each
-    # point of the disc, or as tanh(s / c); slip and spin share that of one disc, by Pade or exactly, or have their own
-    # [physics]
+    # point of the disc, or as tanh(s / c), and slip and spin share that of one disc or have their own [physics]
     contact_laws: tuple[ContactLaw, ...] = (
         ContactLaw(0.0, 1.0), ContactLaw(1.0, 1.0), ContactLaw(0.0, 0.0), ContactLaw(2.0, 1.0),
         ContactLaw(3.0, 1.0), ContactLaw(4.0, 1.0), ContactLaw(4.0, 0.0),
