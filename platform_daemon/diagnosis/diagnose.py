@@ -21,6 +21,7 @@ from .findings.next_measurements import proposals
 from .findings.notes import notes, two_in_place_notes, undecided
 from .findings.own_strengths import OwnStrengths, own_strengths
 from .findings.rotor_findings import (
+    hidden_error_notes,
     leaves_less,
     may_be_a_rotor,
     may_be_imitated,
@@ -318,6 +319,7 @@ def _of_effects(
             *left,
             *side_modes,
             *weight,
+            *hidden_error_notes(final, verdict),
         ),
         seconds=0.0,
     )

@@ -43,6 +43,8 @@ class RigidBody:
     # 1/s, lambda at the start, least and most: that of one angle takes what goes to side modes and slip [unset]
     damping_per_s: tuple[float, float] = (0.05, 0.1)
     jewel_softening: float = 4.0  # fall of a jewel's main mode over f_nat and the square of the stator's tilt [physics]
+    # stator's tilt that acts like 0.058 mm, the largest drawn error of a jewel that left only noise [unset]
+    hidden_rad: float = 0.0104
     side_damping_per_s: float = 5.0  # 1/s of side modes at the start [unset]
     # m/s of slip below which a jewel's contact creeps, at the start [unset]
     creep_m_per_s: float = 2e-3
@@ -61,7 +63,8 @@ class RigidBody:
     jewel_distance_from_s: float = 0.5  # s of a window from which on a jewel's distance is free [unset]
     # m/s, of which each law of a contact begins with the one that leaves least in the shortest window [unset]
     creeps_m_per_s: tuple[float, ...] = (2e-3, 2e-4)
-    laws_from_s: float = 0.5  # s of a window from which on laws of a contact are excluded as look-alikes are [unset]
+    # s of a window from which on laws of a contact are excluded as look-alikes are, and spared while not needed [unset]
+    laws_from_s: float = 0.5
     # of chi2/dof in a window, up to which one law of a contact is enough there [noise: 1e-3]
     noise_sigma: float = 3.0
     same_sigma: float = 1.0  # standard deviations by which two sizes of one error are the same minimum [unset]

@@ -223,6 +223,20 @@ def plane_notes(plane: PlaneTest | None, shots: Sequence[DiagnosisShot]) -> tupl
     return (text if known else f"{text}{unsought}",)
 
 
+def hidden_error_notes(final: JointFit, verdict: DiagnosisVerdict) -> tuple[str, ...]:
+    """What a jewel's f_nat is, where nothing is missing: a small error of its rotor leaves only noise to one angle."""
+    if verdict != "nothing_missing" or _bearings(final) != {"jewel"}:
+        return ()
+    f_nat_hz = float(np.mean([state.dynamics.w for state in final.states])) / (2.0 * math.pi)
+    tilt_rad = THRESHOLDS.rigid_body.hidden_rad
+    above_hz = THRESHOLDS.rigid_body.jewel_softening * tilt_rad**2 * f_nat_hz
+    return (
+        f"f_nat is that of the main mode: a stator tilted by up to {math.degrees(tilt_rad):.1f} deg, or a jewel or a "
+        "displacement that acts like it, left only noise in simulated shots at a third of the threshold, and would put "
+        f"the magnets' own f_nat up to {above_hz:.2g} Hz above it",
+    )
+
+
 def assumed_notes(shots: Sequence[DiagnosisShot]) -> tuple[str, ...]:
     """What a rotor takes for known that the recordings do not tell."""
     return tuple(dict.fromkeys(said for s in shots if s.rotor is not None for said in s.rotor.assumed))

@@ -39,46 +39,59 @@ def leaves_noise(fit: RotorFit) -> bool:
     return fit.chi2_per_dof < 1.0 + _LIMITS.noise_sigma * math.sqrt(2.0 / sum(fit.dof))
 
 
+def is_alike(fit: RotorFit, start: Start) -> bool:
+    """One error with one sign."""
+    return fit.defect == start.defect and fit.strength[0] * getattr(start.values, start.defect) > 0.0
+
+
 def fits_with_other_laws(
-    shot: RotorShot, leader: RotorFit | None, starts: Sequence[Start], pool: Executor
+    shot: RotorShot, leaders: Sequence[RotorFit], starts: Sequence[Start], pool: Executor, *, whole: bool = False
 ) -> list[RotorFit]:
-    """Fits of one shot with the leader's error and other laws, without those that the leader excludes.
+    """Fits of one shot with other laws, without those that the leader of their error and sign excludes.
 
     They are settled as far as comparing them needs.
 
     Args:
         shot: a window of it.
-        leader: of the same window, with those before it; None: no fit went so far.
-        starts: with the laws, from a short window; where the leader explains the window, they begin from its values.
+        leaders: of the same window, with those before it, the best first; none: no fit went so far.
+        starts: with the laws, from a short window; where the leader of their error and sign leaves noise, they begin
+            from its values, one of each law.
         pool: for the columns of the Jacobian.
+        whole: it is the whole ring-down.
     """
-    fits = beside_each_other(partial(_fit_with_law, shot, leader, pool), starts)
+    pairs, led = list[tuple[Start, RotorFit | None]](), list[tuple[RotorFit, ContactLaw]]()
+    for start in starts:
+        leader = next((fit for fit in leaders if is_alike(fit, start)), None)
+        if leader is not None and leaves_noise(leader):
+            if any(other is leader and law == law_of(start.values) for other, law in led):
+                continue
+            led.append((leader, law_of(start.values)))
+        pairs.append((start, leader))
+    fits = beside_each_other(partial(_fit_with_law, shot, pool, whole), pairs)
     return [fit for fit in fits if fit is not None]
 
 
-def _fit_with_law(shot: RotorShot, leader: RotorFit | None, pool: Executor, start: Start) -> RotorFit | None:
-    most_rise, begun = THRESHOLDS.selection.told_apart_chi2, start.values
+def _fit_with_law(shot: RotorShot, pool: Executor, whole: bool, pair: tuple[Start, RotorFit | None]) -> RotorFit | None:
+    start, leader = pair
+    most_rise, begun, longest = THRESHOLDS.selection.told_apart_chi2, start.values, longest_s([shot])
+    first_s = FIT_LIMITS.rigid_rotor.window_growth * _LIMITS.exchange_window_s
     try:
-        if leader is not None and leaves_noise(leader) and _is_alike(leader, start):
+        if leader is not None and leaves_noise(leader):
             begun = _led_back(shot, leader, start, pool)
         return fit_rotor(
             [replace(shot, values=begun)],
             start.defect,
             pool,
-            first_window_s=FIT_LIMITS.rigid_rotor.window_growth * _LIMITS.exchange_window_s,
+            first_window_s=min(first_s, FIT_LIMITS.rigid_rotor.predicting_share * longest) if whole else first_s,
             whole=False,
             known=[start.known],
             beside=leader,
             most_rise=most_rise,
             to_beat=math.inf if leader is None else leader.total_chi2 + most_rise * max(1.0, leader.chi2_per_dof),
+            predicts=whole,
         )
     except RotorFitError:
         return None
-
-
-def _is_alike(fit: RotorFit, start: Start) -> bool:
-    """One error with one sign."""
-    return fit.defect == start.defect and fit.strength[0] * getattr(start.values, start.defect) > 0.0
 
 
 def _led_back(shot: RotorShot, leader: RotorFit, start: Start, pool: Executor) -> RotorValues:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
@@ -28,7 +29,7 @@ from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
 from .exchange import fits_instead
 from .held import held_in
-from .other_laws import fits_with_other_laws, law_of, leaves_noise
+from .other_laws import fits_with_other_laws, is_alike, law_of, leaves_noise
 from .starts import Start, starts_of
 
 _LIMITS = THRESHOLDS.rigid_body
@@ -108,7 +109,7 @@ def _begun(shot: RotorShot, pool: Executor) -> list[tuple[RotorFit, RotorValues]
     if not found:
         raise RotorFitError("a short window finds no rotor")
     one_by_one = sorted((Contestant(fit, known) for fit, known in found), key=lambda c: total_chi2(c.fit))
-    apart = [c for k, c in enumerate(one_by_one) if not c.among(one_by_one[:k])]
+    apart = [c for k, c in enumerate(one_by_one) if not any(c.alike(o) and c.among([o]) for o in one_by_one[:k])]
     return [(c.fit, c.known) for c in apart if rise(c.fit, apart[0].fit) < _RIVAL_CHI2]
 
 
@@ -135,20 +136,22 @@ def ranked(
     In a short window all of them act alike.  Windows grow, and what falls behind in one of them is given up.  A kind
     that has not begun or went astray in a window begins from the best one of the last window but one, beside the last
     window of that; where the last window excludes it, once more from the one that is best then, and all others from a
-    late one that leaves less than the best.
+    late one that leaves less than the best.  Laws of a jewel's contact, which are no names, compete in short windows;
+    see `contest` for long ones.
     """
     starts = [start for begun, known in _begun(shot, pool) for start in _by_laws(shot, begun, known, pool)]
-    field: list[Contestant] = []
+    field, spared = list[Contestant](), list[Start]()
     *growing, longest = windows_s(2.0 * _LIMITS.sign_window_s, longest_s([shot]))
     for window_s in growing:
-        field, spared = contest(shot, window_s, starts, most_chi2_per_dof, pool)
-        starts = [*(Start(c.defect, c.fit.values[0], c.known, c.stages) for c in field), *spared]
+        field, spared = contest(shot, window_s, starts, spared, most_chi2_per_dof, pool)
+        starts = [Start(c.defect, c.fit.values[0], c.known, c.stages) for c in field]
     begun = field[0] if field else None
     early = _missing(field) if field else []
-    with ThreadPoolExecutor(1) as beside:
-        rivals = beside.submit(_late, shot, field, early, pool)
-        field, _ = contest(shot, longest, starts, most_chi2_per_dof, pool, whole=True)
-        late = rivals.result()
+    tasks: list[Callable[[], Any]] = [
+        partial(contest, shot, longest, starts, spared, most_chi2_per_dof, pool, whole=True),
+        partial(_late, shot, field, early, pool),
+    ]
+    (field, _), late = beside_each_other(lambda task: task(), tasks, at_once=len(tasks))
     best: dict[tuple[Defect, ContactLaw, bool], RotorFit] = {}
     for c in field:
         best.setdefault((*c.kind, c.fit.strength[0] > 0.0), replace(c.fit, stages=c.stages[:-1]))
@@ -225,38 +228,44 @@ def contest(
     shot: RotorShot,
     window_s: float,
     starts: Sequence[Start],
+    spared: Sequence[Start],
     most_chi2_per_dof: float,
     pool: Executor,
     *,
     whole: bool = False,
 ) -> tuple[list[Contestant], list[Start]]:
-    """Those that a window does not exclude, the best first, and starts that were not needed.
+    """Those that a window does not exclude, the best first, and laws of a jewel's contact that it did not need.
 
-    In a long window fits with each law of a jewel's contact are slow: those that differ from one before them by
-    nothing else are spared while the best leaves noise, but not in the whole window.
+    In a long window fits with each law are slow.  Starts that differ by nothing else from one before them are spared
+    there while the best leaves noise, and with an error and sign that the window excludes they are given up.  In the
+    whole window they are tried all the same.
+
+    spared: laws that the windows before did not need.
 
     Raises RotorFitError: no rotor explains the window.
     """
-    tried, spared = list[Start](), list[Start]()
+    tried, spare = list[Start](), list(spared)
     for start in starts:
-        spare = window_s > _LIMITS.laws_from_s and any(_differ_by_law(start, other) for other in tried)
-        (spared if spare else tried).append(start)
+        needless = window_s > _LIMITS.laws_from_s and any(_differ_by_law(start, other) for other in tried)
+        (spare if needless else tried).append(start)
     field = _sorted(
         Contestant.after(start.stages, window_s, fit, start.known)
         for fit, start in zip(_fits(shot, window_s, tried, pool, whole=whole), tried, strict=True)
         if fit is not None
     )
-    if spared and (whole or not field or not leaves_noise(field[0].fit)):
+    if field:
+        spare = [start for start in spare if any(is_alike(c.fit, start) for c in field if c.stays(field, window_s))]
+    if spare and (whole or not field or not leaves_noise(field[0].fit)):
         part = replace(shot, samples=shot.samples[:, : shot.count(window_s)])
-        leader = replace(field[0].fit, stages=field[0].stages) if field else None
-        fits = fits_with_other_laws(part, leader, spared, pool)
+        leaders = [replace(c.fit, stages=c.stages) for c in field]
+        fits = fits_with_other_laws(part, leaders, spare, pool, whole=whole)
         field = _sorted([*field, *(Contestant.after(fit.stages, window_s, fit, fit.known[0]) for fit in fits)])
-        spared = []
+        spare = []
     most = most_chi2_per_dof if window_s > _LIMITS.laws_from_s else _LIMITS.explained_chi2_per_dof
     if not field or field[0].fit.chi2_per_dof > most:
         raise RotorFitError(f"no manufacturing error explains the first {window_s:.3g} s")
     apart = [c for k, c in enumerate(field) if not c.among(field[:k])]
-    return [c for c in apart if c.stays(apart, window_s)], spared
+    return [c for c in apart if c.stays(apart, window_s)], spare
 
 
 def _sorted(field: Iterable[Contestant]) -> list[Contestant]:

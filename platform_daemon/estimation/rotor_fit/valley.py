@@ -292,8 +292,8 @@ def settled(
 
     last: no longer window follows, and the fit is not only to be compared; to_beat: chi^2 above which the fit is of no
     use, which ends at once where the first whole step does not promise to come near it; left_chi2: predicted fall at
-    which it ends, also where a step brought all but so much of what the whole one promised (in the last window only a
-    step of about a standard error, since J^T J is that of the place before).
+    which it ends, also where a step brought all but so much of what the whole one promised, if that was little (in the
+    last window a step of about a standard error, since J^T J is that of the place before).
 
     Where trials had to be damped more before one led down, the next step keeps that damping, since the valley bends as
     much there; where the first one leads down, the next step is damped less.  The same holds for the room that

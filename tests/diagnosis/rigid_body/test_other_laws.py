@@ -50,10 +50,12 @@ def test_another_law_is_led_from_the_leaders_values_to_what_it_has_from_the_true
     leader = fit_rotor([replace(shot, values=wrong)], TILT, pool)
     right = fit_rotor([shot], TILT, pool)
     start = Start(TILT, shot.values.with_numbers({"friction_coefficient": 0.25, TILT: 0.012}), shot.values)
-    (found,) = fits_with_other_laws(shot, replace(leader, stages=()), [start], pool)
+    assert leaves_noise(leader)
+    (found,) = fits_with_other_laws(shot, [replace(leader, stages=())], [start, start], pool)
     assert found.values[0].creep_law == 0.0
     assert found.total_chi2 == pytest.approx(right.total_chi2, abs=1.0)
-    assert fits_with_other_laws(shot, replace(leader, chi2=(0.9 * leader.chi2[0],), stages=()), [start], pool) == []
+    better = replace(leader, chi2=(0.9 * leader.chi2[0],))
+    assert fits_with_other_laws(shot, [replace(better, stages=())], [start], pool) == []
 
 
 @pytest.mark.parametrize(("tilt_rad", "begun_rad"), [(0.012, 0.02), (-0.045, 0.045)])
@@ -85,12 +87,13 @@ def test_laws_that_are_not_needed_are_spared_in_long_windows_but_not_at_the_end(
         Start(TILT, values.with_numbers({"creep_law": 1.0}), values),
         Start(TILT, values.with_numbers({TILT: -0.01}), values),
     ]
-    counts = []
+    counts, excluded = [], 1.0
 
     def fit_of(start):
         size = getattr(start.values, TILT)
         return SimpleNamespace(
-            defect=TILT, values=(start.values,), strength=(size, 1e-4), total_chi2=left * 1e4 + (size < 0), dof=(1e4,),
+            defect=TILT, values=(start.values,), strength=(size, 1e-4), dof=(1e4,),
+            total_chi2=left * 1e4 + (excluded if size < 0 else 0.0),
             chi2_per_dof=left, stages=(), known=(values,), window_s=window_s,
         )  # fmt: skip
 
@@ -98,7 +101,7 @@ def test_laws_that_are_not_needed_are_spared_in_long_windows_but_not_at_the_end(
         counts.append(len(tried))
         return [fit_of(start) for start in tried]
 
-    def others(_shot, _leader, spared, _pool):
+    def others(_shot, _leaders, spared, _pool, *, whole):
         counts.append(len(spared))
         return [fit_of(start) for start in spared]
 
@@ -106,6 +109,13 @@ def test_laws_that_are_not_needed_are_spared_in_long_windows_but_not_at_the_end(
     monkeypatch.setattr(search, "fits_with_other_laws", others)
     monkeypatch.setattr(search, "replace", lambda one, **_: one)
     shot = SimpleNamespace(samples=np.zeros((3, 1)), count=lambda _: 1)
-    field, spared = search.contest(shot, window_s, starts, 2.0, SimpleNamespace(), whole=whole)
+    field, spared = search.contest(shot, window_s, starts, [], 2.0, SimpleNamespace(), whole=whole)
     assert counts == [fitted, *([1] if led else [])]
     assert len(field) + len(spared) == 3
+    # Where a later window excludes an error and sign, its laws go with it, and none is tried by itself.
+    excluded = 1e3
+    both = [*spared, Start(TILT, starts[2].values.with_numbers({"creep_law": 1.0}), values)]
+    begun = [Start(TILT, c.fit.values[0], c.known, c.stages) for c in field]
+    field, spared = search.contest(shot, 1.6, begun, both, 2.0, SimpleNamespace())
+    assert all(c.fit.strength[0] > 0.0 for c in field)
+    assert all(getattr(start.values, TILT) > 0.0 for start in spared)
