@@ -191,7 +191,7 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     strength, std = best.strength[0], math.sqrt(samples) * best.strength[1]
     least = _LIMITS.least_m if defect_of(best) == "lateral_displacement_m" else _LIMITS.least_rad
     sure = abs(strength) > least and (
-        abs(strength) > _LIMITS.sure_sigma * std or _none_leaves_more(best, samples, pool)
+        abs(strength) > _LIMITS.sure_sigma * std or none_leaves_more(best, samples, pool)
     )
     # A rotor without an error stands in the way of effects of one angle only where it leaves surely no more than noise.
     noise = best.chi2_per_dof < noise_chi2_per_dof and excess_sigma < _LIMITS.doubtful_sigma and (sure or predicts)
@@ -223,7 +223,7 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     )
 
 
-def _none_leaves_more(best: RotorFit, samples: float, pool: Executor) -> bool:
+def none_leaves_more(best: RotorFit, samples: float, pool: Executor) -> bool:
     """A rotor without the error leaves surely more.
 
     A weak error acts mostly by its square, so that its two signs are hardly told apart and its standard deviation,
