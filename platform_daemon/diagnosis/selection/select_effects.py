@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from platform_daemon.diagnosis.regression.prediction import unpredicted
 from platform_daemon.diagnosis.shots.shot import PreparedShot, as_measured, whitening_for
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.noise.model import OWN_RESIDUAL
+from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 from platform_daemon.estimation.screening.spectral_lines import periodogram
 
@@ -94,13 +96,9 @@ def _as_quiet_as(best: JointFit) -> list[PreparedShot] | None:
     """
     out, quieter = [], False
     for k, prepared in enumerate(best.prepared):
-        left = unpredicted(best, k)
-        power = periodogram(left, np.hanning(left.shape[1]), left.shape[1])[0]
-        upper = np.array_split(power, 4)[1:]
-        second, _, fourth = (float(np.median(part)) for part in upper)
-        level = math.sqrt(float(np.median(np.concatenate(upper))) / math.log(2.0))
-        share = level / float(prepared.shot.noise.sd[0])
-        if share > _LIMITS.quieter_share or max(second, fourth) > _LIMITS.flat_ratio * min(second, fourth):
+        level = flat_level(unpredicted(best, k), prepared.state.dynamics.w / (2.0 * math.pi * prepared.shot.rate_hz))
+        share = math.inf if level is None else level / float(prepared.shot.noise.sd[0])
+        if share > _LIMITS.quieter_share:
             out.append(prepared)
             continue
         shot = as_measured(replace(prepared.shot, noise=prepared.shot.noise.at_level(share, OWN_RESIDUAL)))
@@ -108,6 +106,31 @@ def _as_quiet_as(best: JointFit) -> list[PreparedShot] | None:
         white = whitening_for(shot, prepared.grids, prepared.state.dynamics.w / (2.0 * math.pi))
         out.append(replace(prepared, shot=shot, white=white))
     return out if quieter else None
+
+
+def flat_level(left: Array, cycles: float) -> float | None:
+    """Standard deviation of white samples with the noise that stands in what is left (1, n) of an angle.
+
+    None where the upper three quarters of the band are not flat.  Of an encoder that is read more often than it counts,
+    the quantisation is slow and repeats with the swing: flat far up, louder near the swing, where effects are judged,
+    and in lines there if the frequency hardly moves.  The octave above the harmonics that a fit compares therefore
+    counts where it is louder, by its mean power.  A line that is no part of this is at one harmonic only: the loudest
+    one does not count.
+
+    cycles: of the swing per sample.
+    """
+    power = periodogram(left, np.hanning(left.shape[1]), left.shape[1])[0]
+    upper = np.array_split(power, 4)[1:]
+    second, _, fourth = (float(np.median(part)) for part in upper)
+    if max(second, fourth) > _LIMITS.flat_ratio * min(second, fourth):
+        return None
+    level = float(np.median(np.concatenate(upper))) / math.log(2.0)
+    lowest = THRESHOLDS.shots.pass_band
+    edges = np.round(np.arange(lowest, 2.0 * lowest + 1.0) * cycles * left.shape[1]).astype(int)
+    if edges[-1] <= power.size and edges[1] > edges[0]:
+        *others, _ = sorted(float(np.mean(power[a:b])) for a, b in pairwise(edges))
+        level = max(level, float(np.mean(others)))
+    return math.sqrt(level)
 
 
 class _AngleSearch:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
+from platform_daemon.diagnosis.effects.additive import SIDE_MODE
 from platform_daemon.diagnosis.effects.effect import Candidate
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
@@ -248,8 +249,9 @@ class StepwiseSearch:
             if _same_effect_in(c, at):
                 continue
             gain = own_gain(at, c, self._pool)
-            # A line outside the sweeps of the harmonics is no digit of a motion that is followed down to the noise.
-            if gain.fall > floor or (c.tones_hz and quiet):
+            # A line outside the sweeps of the harmonics is no digit of a motion that is followed down to the noise;
+            # within the width of an oscillation that was found, it may be one of that, whose place is not exact yet.
+            if gain.fall > floor or (c.tones_hz and quiet and not in_an_oscillation(c, at)):
                 trials = self._trials * c.trials
                 log_p = log_chance(gain.gain, gain.columns, trials)
                 if best is None or log_p < best.log_p:
@@ -314,6 +316,17 @@ def _near_motion(c: Candidate, at: JointFit) -> bool:
     motions = [s.dynamics for s in at.states]
     zones = [Zones.of_sweep(d.w, d.amplitude, relative=_LIMITS.near_motion_share, margin_hz=0.0) for d in motions]
     return any(z.low_hz < f < z.high_hz for z in zones)
+
+
+def in_an_oscillation(line: Candidate, at: JointFit) -> bool:
+    """True if a line stands within the width of a decaying oscillation that the refit has."""
+    seconds = float(at.prepared[0].time_s[-1])
+    return any(
+        abs(c.detail.frequency_hz - f) < _LIMITS.same_place_bins / min(c.detail.tau_s or seconds, seconds)
+        for c in at.hypothesis.effects
+        if c.effect is SIDE_MODE and c.detail.frequency_hz is not None
+        for f in line.tones_hz
+    )
 
 
 def _same_effect_in(candidate: Candidate, at: JointFit) -> bool:
