@@ -190,9 +190,7 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     predicts = held_out.is_good or not alone
     strength, std = best.strength[0], math.sqrt(samples) * best.strength[1]
     least = _LIMITS.least_m if defect_of(best) == "lateral_displacement_m" else _LIMITS.least_rad
-    sure = abs(strength) > least and (
-        abs(strength) > _LIMITS.sure_sigma * std or none_leaves_more(best, samples, pool)
-    )
+    sure = abs(strength) > least and (abs(strength) > _LIMITS.sure_sigma * std or none_leaves_more(best, samples, pool))
     # A rotor without an error stands in the way of effects of one angle only where it leaves surely no more than noise.
     noise = best.chi2_per_dof < noise_chi2_per_dof and excess_sigma < _LIMITS.doubtful_sigma and (sure or predicts)
     if not (noise or (sure and best.chi2_per_dof < _LIMITS.explained_chi2_per_dof)):
