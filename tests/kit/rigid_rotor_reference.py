@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 
 MU_0_OVER_4_PI = 1.25663706127e-6 / (4 * np.pi)
 TINY, SMALL = 1e-30, 1e-5
+AT_REST_M_PER_S, AT_REST_RAD_PER_S = 1e-12, 0.01  # of a contact's slip and spin, so that a quotient is one
 
 
 def joined(slow, spun, bends):
@@ -125,15 +126,17 @@ class Reference:
             push, twist = disc_friction(slid / edge)
             force, torque = -mu * load * push * slip / slid, mu * load * a**2 * twist * spin / edge
             return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
-        if law == 4 and coupling:  # Coulomb's at each point of the disc, by the tangent of both
-            edge = a * abs(spin)
-            push, twist = disc_friction(size / edge)
-            both = mu * load * np.tanh(np.hypot(size, edge) / slowest_slip)
-            force, torque = -both * push * slip / size, both * a * twist * np.sign(spin)
-            return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
-        if law == 4:
-            force = -mu * load * np.tanh(size / slowest_slip) * slip / size
-            torque = 3 * np.pi / 16 * a * mu * load * np.tanh(spin / slowest_spin)
+        if law == 4:  # by the tangent, of the disc or of each alone
+            size, bare = max(size, AT_REST_M_PER_S), np.hypot(spin, AT_REST_RAD_PER_S)
+            if coupling:
+                push, twist = disc_friction(size / (a * bare))
+                twist *= 16 / (3 * np.pi)
+                slides = turns = np.tanh(np.hypot(size, a * bare) / slowest_slip)
+            else:
+                push = twist = 1.0
+                slides, turns = np.tanh(size / slowest_slip), np.tanh(bare / slowest_spin)
+            force = -mu * load * push * slides * slip / size
+            torque = 3 * np.pi / 16 * a * mu * load * twist * turns * spin / bare
             return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
         force = -mu * load * slip / (creeping + coupling * 8 * a * turn / (3 * np.pi))
         torque = 3 * np.pi / 16 * a * mu * load * spin / (turn + coupling * 15 * np.pi / 16 * size / a)

@@ -51,7 +51,6 @@ DEFECTS = {"thread": {"stator_tilt_rad": 0.02, "rotor_tilt_rad": -0.02}, "jewel"
         ("jewel", True, 0.001, LOSSES | {"creep_law": 2.0, "creep_m_per_s": 3e-4}),
         ("jewel", True, 0.001, LOSSES | {"creep_law": 3.0, "creep_spin_rad_per_s": 20.0}),
         ("jewel", True, 0.001, LOSSES | {"creep_law": 3.0, "creep_m_per_s": 3e-4}),
-        ("jewel", True, 0.001, LOSSES | {"creep_law": 4.0, "creep_m_per_s": 3e-3}),
         ("jewel", True, 0.001, LOSSES | {"creep_law": 4.0, "creep_m_per_s": 3e-4}),
         ("jewel", True, 0.001, LOSSES | STICKS | {"creep_law": 4.0, "creep_m_per_s": 3e-3}),
         ("jewel", True, 0.001, LOSSES | STICKS | {"creep_law": 4.0, "creep_m_per_s": 3e-4}),
