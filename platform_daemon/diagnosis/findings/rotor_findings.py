@@ -150,14 +150,16 @@ def may_be_a_rotor(base: JointFit, verdict: DiagnosisVerdict, named: Sequence[Ac
 def leaves_less(rotor: ManufacturingError, final: JointFit, verdict: DiagnosisVerdict) -> bool:
     """The rotor leaves only noise, and less than the effects of one angle, by the same instants and noise.
 
-    Effects that explain all yield only to a rotor that is told apart from them.  Effects that do not must be far better
-    than a rotor without an error: it is what was declared, and they may only imitate its side modes.
+    Effects that explain all yield only to a rotor that is told apart from them.  Effects that do not must be told apart
+    from a rotor with an error, since they follow the noise at the few instants by which both are judged, and be far
+    better than one without: it is what was declared, and they may only imitate its side modes.
     """
     if not leaves_noise(rotor) or (verdict == "explained" and not rotor.predicts):
         return False
-    worth = 0.0 if rotor.sure else -THRESHOLDS.rigid_body.perfect_rotor_chi2
+    apart = THRESHOLDS.selection.told_apart_chi2
+    worth = -apart if rotor.sure else -THRESHOLDS.rigid_body.perfect_rotor_chi2
     if verdict == "explained":
-        worth = THRESHOLDS.selection.told_apart_chi2
+        worth = apart
     return sum(chi2_beside_one_angle(rotor, final)) + worth < final.chi2
 
 
