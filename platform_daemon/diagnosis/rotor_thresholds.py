@@ -90,7 +90,7 @@ class RigidBody:
     most_wider_chi2: float = 100.0  # of these by which errors are widened: a lost motion has 1e5 [unset]
     # of the size of the error, or root of the chi^2 that a rotor without it leaves more [noise: 6e-7]
     sure_sigma: float = 5.0
-    weighed_sigma: float = 2.0  # of the size, from which on a rotor without the error is fitted beside it [cost]
+    weighed_sigma: float = 0.5  # of the size, from which on a rotor without the error is fitted beside it [cost]
     least_rad: float = 2e-4  # tilt that is an error: coils and glass scales show the axes no better [unset]
     least_m: float = 1e-6  # displacement, likewise; a perfect jewel at 581 uT is fitted with 4e-5 rad or 0.6 um [unset]
     # chi^2 by which a rotor without an error may leave more than effects of one angle that do not explain all: these

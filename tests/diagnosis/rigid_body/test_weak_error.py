@@ -30,7 +30,8 @@ class _Values:
         (4.7, 38.0, 1.0, True, True),
         (4.7, 24.0, 1.0, False, True),
         (4.7, 38.0, 2.0, False, True),  # half of the samples are independent of each other
-        (1.9, 38.0, 1.0, False, False),
+        (1.4, 38.0, 1.0, True, True),  # that of -0.311 deg, 55 of chi^2
+        (0.4, 38.0, 1.0, False, False),
         (4.7, None, 1.0, False, True),  # there is no such rotor
     ],
 )
