@@ -24,22 +24,25 @@ class _Values:
 
 
 @pytest.mark.parametrize(
-    ("size_sd", "rise", "samples", "more", "fitted"),
+    ("size_sd", "rises", "samples", "more", "fitted"),
     [
         # Jewel tilt of -1.061 deg of the defect study: 4.7 standard deviations, 38 of chi^2.
-        (4.7, 38.0, 1.0, True, True),
-        (4.7, 24.0, 1.0, False, True),
-        (4.7, 38.0, 2.0, False, True),  # half of the samples are independent of each other
-        (1.4, 38.0, 1.0, True, True),  # that of -0.311 deg, 55 of chi^2
-        (0.4, 38.0, 1.0, False, False),
-        (4.7, None, 1.0, False, True),  # there is no such rotor
+        (4.7, [38.0, 38.0], 1.0, True, 2),
+        (4.7, [24.0], 1.0, False, 1),
+        (4.7, [90.0, 24.0], 1.0, False, 2),  # the first one ended in a valley beside
+        (4.7, [None, 38.0], 1.0, True, 2),
+        (4.7, [38.0], 2.0, False, 1),  # half of the samples are independent of each other
+        (1.4, [38.0, 38.0], 1.0, True, 2),  # that of -0.311 deg, 55 of chi^2
+        (0.4, [], 1.0, False, 0),
+        (4.7, [None, None], 1.0, False, 2),  # there is no such rotor
     ],
 )
-def test_a_weak_error_is_decided_by_a_rotor_without_it(size_sd, rise, samples, more, fitted, monkeypatch):
+def test_a_weak_error_is_decided_by_a_rotor_without_it(size_sd, rises, samples, more, fitted, monkeypatch):
     seen = []
 
     def fit_of_none(shots, defect, _pool, **_):
         seen.append((defect, [shot.values.numbers for shot in shots]))
+        rise = rises[len(seen) - 1]
         if rise is None:
             raise RotorFitError("no such rotor")
         return SimpleNamespace(total_chi2=1e4 + rise)
@@ -51,4 +54,4 @@ def test_a_weak_error_is_decided_by_a_rotor_without_it(size_sd, rise, samples, m
         known=(values,), total_chi2=1e4, chi2_per_dof=1.0,
     )  # fmt: skip
     assert none_leaves_more(best, samples, SimpleNamespace()) is more
-    assert seen == ([(None, [{"stator_tilt_rad": 0.0, "f_nat_hz": 214.0}])] if fitted else [])
+    assert seen == fitted * [(None, [{"stator_tilt_rad": 0.0, "f_nat_hz": 214.0}])]
