@@ -1,8 +1,8 @@
 """Other laws of a jewel's contact in the place of the one that was found.
 
 Near rest a contact's friction is not Coulomb's, and which law it follows there is not known.  In a short window all
-laws act alike.  In a longer one the values of one law leave a million times the noise with another, since mu, T_f,
-lambda and creep of both differ together, and a fit that begins there ends in a valley beside the right one.  A short
+laws act alike.  In a longer one the values of one law leave far more than noise with another, since mu, T_f, lambda
+and creep of both differ together, and a fit that begins there ends in a valley beside the right one.  A short
 window leads into the valley that belongs to the law, and windows that grow stay in it.
 """
 
@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -23,8 +22,8 @@ from platform_daemon.estimation.rotor_fit.fit import CREEP, RotorFit, RotorFitEr
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
-from .held import held_in
 from .starts import Start
+from .window_fits import fit_of_window, held_in
 
 _LIMITS = THRESHOLDS.rigid_body
 
@@ -34,8 +33,8 @@ def law_of(values: RotorValues) -> ContactLaw:
     return ContactLaw(values.creep_law, values.contact_coupling)
 
 
-def leaves_noise(fit: RotorFit) -> bool:
-    """chi2/dof is one but for chance, so that no other law is needed yet."""
+def is_chance(fit: RotorFit) -> bool:
+    """What a fit leaves is noise: chi2/dof is one but for chance, so that no other law is needed yet."""
     return fit.chi2_per_dof < 1.0 + _LIMITS.noise_sigma * math.sqrt(2.0 / sum(fit.dof))
 
 
@@ -62,7 +61,7 @@ def fits_with_other_laws(
     pairs, led = list[tuple[Start, RotorFit | None]](), list[tuple[RotorFit, ContactLaw]]()
     for start in starts:
         leader = next((fit for fit in leaders if is_alike(fit, start)), None)
-        if leader is not None and leaves_noise(leader):
+        if leader is not None and is_chance(leader):
             if any(other is leader and law == law_of(start.values) for other, law in led):
                 continue
             led.append((leader, law_of(start.values)))
@@ -76,7 +75,7 @@ def _fit_with_law(shot: RotorShot, pool: Executor, whole: bool, pair: tuple[Star
     most_rise, begun, longest = THRESHOLDS.selection.told_apart_chi2, start.values, longest_s([shot])
     first_s = FIT_LIMITS.rigid_rotor.window_growth * _LIMITS.exchange_window_s
     try:
-        if leader is not None and leaves_noise(leader):
+        if leader is not None and is_chance(leader):
             begun = _led_back(shot, leader, start, pool)
         return fit_rotor(
             [replace(shot, values=begun)],
@@ -101,19 +100,11 @@ def _led_back(shot: RotorShot, leader: RotorFit, start: Start, pool: Executor) -
     creeps = {values.creep_m_per_s, *_LIMITS.creeps_m_per_s}
     tried = [replace(start, values=values.with_numbers({CREEP: creep})) for creep in creeps]
     while window_s <= min(_LIMITS.exchange_window_s, longest_s([shot])):
-        fits = [fit for one in tried if (fit := _fit_of_window(shot, window_s, one, pool)) is not None]
+        held = held_in(shot, window_s)
+        tries = [fit_of_window(shot, window_s, held, one, whole=False, pool=pool) for one in tried]
+        fits = [fit for fit in tries if fit is not None]
         if not fits:
             raise RotorFitError(f"this law explains no window of {window_s:.3g} s")
         tried = [replace(start, values=min(fits, key=lambda fit: fit.total_chi2).values[0])]
         window_s *= FIT_LIMITS.rigid_rotor.window_growth
     return tried[0].values
-
-
-def _fit_of_window(shot: RotorShot, window_s: float, start: Start, pool: Executor) -> RotorFit | None:
-    part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=start.values)
-    held = held_in(shot, window_s)
-    with suppress(RotorFitError):
-        return fit_rotor(
-            [part], start.defect, pool, first_window_s=math.inf, held=held, whole=False, known=[start.known]
-        )
-    return None

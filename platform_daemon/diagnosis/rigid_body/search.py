@@ -28,9 +28,9 @@ from platform_daemon.estimation.rotor_fit.shot import RotorShot
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_LIMITS
 
 from .exchange import fits_instead
-from .held import held_in
-from .other_laws import fits_with_other_laws, is_alike, law_of, leaves_noise
+from .other_laws import fits_with_other_laws, is_alike, is_chance, law_of
 from .starts import Start, starts_of
+from .window_fits import fit_of_window, held_in
 
 _LIMITS = THRESHOLDS.rigid_body
 _RIVAL_CHI2 = FIT_LIMITS.rigid_rotor.rival_chi2
@@ -210,7 +210,7 @@ def _fits(
     if not starts:
         return []
     held = () if whole else held_in(shot, window_s)
-    fitted = partial(_fitted, shot, window_s, held, whole=whole, pool=pool)
+    fitted = partial(fit_of_window, shot, window_s, held, whole=whole, pool=pool)
     if window_s <= _LIMITS.laws_from_s:
         return beside_each_other(fitted, starts)
     first = fitted(starts[0])
@@ -255,7 +255,7 @@ def contest(
     )
     if field:
         spare = [start for start in spare if any(is_alike(c.fit, start) for c in field if c.stays(field, window_s))]
-    if spare and (whole or not field or not leaves_noise(field[0].fit)):
+    if spare and (whole or not field or not is_chance(field[0].fit)):
         part = replace(shot, samples=shot.samples[:, : shot.count(window_s)])
         leaders = [replace(c.fit, stages=c.stages) for c in field]
         fits = fits_with_other_laws(part, leaders, spare, pool, whole=whole)
@@ -297,31 +297,12 @@ def _by_laws(shot: RotorShot, begun: RotorFit, known: RotorValues, pool: Executo
             continue
         creeps = [replace(start, values=start.values.with_numbers({CREEP: c})) for c in _LIMITS.creeps_m_per_s]
         held = held_in(shot, _LIMITS.sign_window_s)
-        fits = beside_each_other(partial(_fitted, shot, _LIMITS.sign_window_s, held, whole=False, pool=pool), creeps)
+        fits = beside_each_other(
+            partial(fit_of_window, shot, _LIMITS.sign_window_s, held, whole=False, pool=pool), creeps
+        )
         if some := [fit for fit in fits if fit is not None]:
             starts.append(replace(start, values=min(some, key=total_chi2).values[0]))
     return starts
-
-
-def _fitted(
-    shot: RotorShot,
-    window_s: float,
-    held: Sequence[str],
-    start: Start,
-    *,
-    whole: bool,
-    pool: Executor,
-    to_beat: float = math.inf,
-) -> RotorFit | None:
-    """A fit of a window; None: it finds no rotor, or none that comes below `to_beat`."""
-    part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=start.values)
-    try:
-        return fit_rotor(
-            [part], start.defect, pool, first_window_s=math.inf, held=held, whole=whole, known=[start.known],
-            to_beat=to_beat,
-        )  # fmt: skip
-    except RotorFitError:
-        return None
 
 
 def total_chi2(fit: RotorFit) -> float:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
-from platform_daemon.estimation.physics.rigid_rotor.rotor import LostRotorError, NoRestError, RotorValues
+from platform_daemon.estimation.physics.rigid_rotor.rotor import RotorValues
 from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
 from platform_daemon.estimation.rotor_fit.fit import Stage
 from platform_daemon.estimation.rotor_fit.parameters import DEFECTS, Defect
@@ -67,15 +67,7 @@ def _jewel_start(shot: RotorShot, sign: float) -> Start:
         f_nat_hz = (1.0 + _LIMITS.jewel_softening * tilt**2) * values.f_nat_hz
         tilted = values.with_numbers({DEFECTS[0]: sign * tilt, "f_nat_hz": f_nat_hz})
         starts.append(Start(DEFECTS[0], tilted, values))
-    return min(starts, key=lambda start: _left(shot, start.values))
-
-
-def _left(shot: RotorShot, values: RotorValues) -> float:
-    """chi^2 of a shot; infinite where there is no such rotor."""
-    try:
-        return float(np.sum(shot.residual(values, shot.samples.shape[1] / shot.rate_hz) ** 2))
-    except (NoRestError, LostRotorError):
-        return math.inf
+    return min(starts, key=lambda start: left_over(shot, start.values))
 
 
 def _of_grid(shot: RotorShot, pool: Executor) -> list[Start]:

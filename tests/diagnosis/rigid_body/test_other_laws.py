@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.diagnosis.rigid_body import search
-from platform_daemon.diagnosis.rigid_body.other_laws import fits_with_other_laws, leaves_noise
+from platform_daemon.diagnosis.rigid_body.other_laws import fits_with_other_laws, is_chance
 from platform_daemon.diagnosis.rigid_body.starts import Start, starts_of
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
@@ -50,7 +50,7 @@ def test_another_law_is_led_from_the_leaders_values_to_what_it_has_from_the_true
     leader = fit_rotor([replace(shot, values=wrong)], TILT, pool)
     right = fit_rotor([shot], TILT, pool)
     start = Start(TILT, shot.values.with_numbers({"friction_coefficient": 0.25, TILT: 0.012}), shot.values)
-    assert leaves_noise(leader)
+    assert is_chance(leader)
     (found,) = fits_with_other_laws(shot, [replace(leader, stages=())], [start, start], pool)
     assert found.values[0].creep_law == 0.0
     assert found.total_chi2 == pytest.approx(right.total_chi2, abs=1.0)
@@ -70,8 +70,8 @@ def test_a_jewel_begins_with_a_large_tilt_where_that_leaves_less(tilt_rad, begun
 def test_noise_is_what_chance_leaves():
     chance = math.sqrt(2.0 / 1e4)
     level = 1.0 + THRESHOLDS.rigid_body.noise_sigma * chance
-    assert leaves_noise(SimpleNamespace(chi2_per_dof=level - 1e-6, dof=(1e4,)))
-    assert not leaves_noise(SimpleNamespace(chi2_per_dof=level + 1e-6, dof=(1e4,)))
+    assert is_chance(SimpleNamespace(chi2_per_dof=level - 1e-6, dof=(1e4,)))
+    assert not is_chance(SimpleNamespace(chi2_per_dof=level + 1e-6, dof=(1e4,)))
 
 
 @pytest.mark.parametrize(

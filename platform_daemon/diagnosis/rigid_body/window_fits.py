@@ -1,10 +1,18 @@
-"""What windows of a shot tell too little of."""
+"""Fits of windows of a shot, and what these tell too little of."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.rotor_fit.fit import RotorFit, RotorFitError, fit_rotor
 from platform_daemon.estimation.rotor_fit.parameters import OFF_DRAWING
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
+
+from .starts import Start
 
 _LIMITS = THRESHOLDS.rigid_body
 
@@ -23,3 +31,24 @@ def held_in(shot: RotorShot, window_s: float) -> tuple[str, ...]:
         losses = ("lambda_per_s", "side_damping_per_s", "lean_damping_per_s", "creep_m_per_s", "creep_spin_rad_per_s")
         return ("distance_m", *OFF_DRAWING, *losses)
     return ("distance_m", *OFF_DRAWING) if window_s <= _LIMITS.jewel_distance_from_s else ()
+
+
+def fit_of_window(
+    shot: RotorShot,
+    window_s: float,
+    held: Sequence[str],
+    start: Start,
+    *,
+    whole: bool,
+    pool: Executor,
+    to_beat: float = math.inf,
+) -> RotorFit | None:
+    """A fit of a window; None: it finds no rotor, or none that comes below `to_beat`."""
+    part = replace(shot, samples=shot.samples[:, : shot.count(window_s)], values=start.values)
+    try:
+        return fit_rotor(
+            [part], start.defect, pool, first_window_s=math.inf, held=held, whole=whole, known=[start.known],
+            to_beat=to_beat,
+        )  # fmt: skip
+    except RotorFitError:
+        return None
