@@ -116,7 +116,11 @@ class MeanParameter(Schema):
 
 
 class WindowDisagreement(Schema):
-    """How far fits of a short window (N50) and of a long one (D30) disagree; null where they cannot be compared."""
+    """How far fits of a short window (N50) and of a long one (D30) disagree; null where they cannot be compared.
+
+    The standard error of few shots is that of their noise.  From four shots on it is that of their scatter, and the
+    number is that of a normal distribution whose tail is as likely as that of Student's.
+    """
 
     before_sigma: FiniteOrNull
     """With the declared model, standard errors."""

@@ -8,8 +8,8 @@ from concurrent.futures import Executor
 import numpy as np
 
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.regression.parameters import WindowDifference
 from platform_daemon.diagnosis.shots.torque_course import CourseState
-from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
@@ -17,11 +17,9 @@ from platform_daemon.estimation.screening.windows import select_window
 
 from .course_fit import CourseFit, fit_course
 
-_LIMITS = THRESHOLDS.regression
-
 
 def window_disagreement_of_courses(at: JointFit, pool: Executor) -> dict[str, float]:
-    """|mean of N50 - D30| over its standard error, by parameter, with the strengths of effects held.
+    """How many standard errors N50 - D30 is, by parameter, with the strengths of effects held.
 
     at: with courses.  Empty where no shot can be fitted in both windows.
     """
@@ -30,14 +28,13 @@ def window_disagreement_of_courses(at: JointFit, pool: Executor) -> dict[str, fl
         return {}
     short, long = np.array([a for a, _ in pairs]), np.array([b for _, b in pairs])
     differences = short[:, 0] - long[:, 0]
-    count = len(pairs)
-    if count >= _LIMITS.paired_shots:
-        error = differences.std(axis=0, ddof=1) / math.sqrt(count)
-    else:
-        error = np.sqrt(np.maximum(np.sum(short[:, 1] ** 2 - long[:, 1] ** 2, axis=0), 1e-300)) / count
+    variances = short[:, 1] ** 2 - long[:, 1] ** 2
     fitted = np.all(short[:, 1] > 0.0, axis=0)  # not what the model holds
-    sigma = np.abs(differences.mean(axis=0)) / np.where(error > 0.0, error, np.inf)
-    return {name: float(x) for name, x, free in zip(_names(at), sigma, fitted, strict=True) if free}
+    return {
+        name: WindowDifference.of_shots(differences[:, k], variances[:, k]).sigma
+        for k, name in enumerate(_names(at))
+        if fitted[k]
+    }
 
 
 def _both(at: JointFit, k: int) -> tuple[Array, Array] | None:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student_t
 
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.least_squares.gauss_newton import NormalEquations
 from platform_daemon.estimation.least_squares.public_parameters import PublicParameters, propagate_to_public
+from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.parameters import Estimate
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 from platform_daemon.estimation.record import RingDownRecord
@@ -142,15 +146,39 @@ def _mean(name: str, rows: Sequence[Parameters], alone: Sequence[Parameters]) ->
 
 @dataclass(frozen=True, kw_only=True)
 class WindowDifference:
-    """Mean of N50 - D30 of a parameter over the shots, and its standard error."""
+    """Mean of N50 - D30 of a parameter over the shots, and its standard error.
+
+    dof: of the scatter that the standard error is of; None: it is of the shots' own noise.
+    """
 
     value: float
     std: float
+    dof: int | None = None
+
+    @classmethod
+    def of_shots(cls, differences: Array, noise_variances: Array) -> WindowDifference:
+        """From N50 - D30 of each shot, (shots,), and what noise alone would make of each."""
+        count = differences.size
+        if count >= _LIMITS.paired_shots:
+            error, dof = float(differences.std(ddof=1)) / math.sqrt(count), count - 1
+        else:
+            error, dof = math.sqrt(max(float(np.sum(noise_variances)), 1e-300)) / count, None
+        return cls(value=float(differences.mean()), std=error, dof=dof)
 
     @property
     def sigma(self) -> float:
-        """How many of its errors it is; infinite where the shots differ by exactly the same."""
-        return abs(self.value) / self.std if self.std > 0.0 else math.inf
+        """How many of its errors it is; infinite where the shots differ by exactly the same.
+
+        A scatter of few shots is known only roughly, so that several of its errors may be chance.  The number is that
+        of a normal distribution whose tail is as likely as that of Student's.
+        """
+        if not self.std > 0.0:
+            return math.inf
+        errors = abs(self.value) / self.std
+        if self.dof is None:
+            return errors
+        tail = max(float(student_t.sf(errors, self.dof)), sys.float_info.min)
+        return min(errors, float(norm.isf(tail)))
 
 
 def window_differences(at: JointFit, pool: Executor) -> dict[str, WindowDifference]:
@@ -251,10 +279,5 @@ def _window_difference(name: str, pairs: Sequence[tuple[FitResult, FitResult]]) 
     differences = np.array([short.parameters[name].value - long.parameters[name].value for short, long in pairs])
     if name in _ANGLES:
         differences = np.remainder(differences + math.pi, 2.0 * math.pi) - math.pi
-    k = differences.size
-    if k >= _LIMITS.paired_shots:
-        error = float(differences.std(ddof=1)) / math.sqrt(k)
-    else:
-        variances = [(s.parameters[name].std or 0.0) ** 2 - (d.parameters[name].std or 0.0) ** 2 for s, d in pairs]
-        error = math.sqrt(max(sum(variances), 1e-300)) / k
-    return WindowDifference(value=float(differences.mean()), std=error)
+    stds = np.array([[one.parameters[name].std or 0.0 for one in pair] for pair in pairs])
+    return WindowDifference.of_shots(differences, stds[:, 0] ** 2 - stds[:, 1] ** 2)

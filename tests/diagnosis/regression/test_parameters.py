@@ -80,3 +80,20 @@ def test_what_is_not_explained_widens_the_errors_of_constants_alone(fitted):
 
 def test_a_difference_that_is_the_same_in_all_shots_is_beyond_chance():
     assert WindowDifference(value=0.1, std=0.0).sigma == math.inf
+
+
+def test_the_scatter_of_few_shots_says_less_than_so_many_of_its_errors():
+    noisy = [WindowDifference.of_shots(d, np.ones(4)) for d in np.random.default_rng(5).normal(size=(20000, 4))]
+    beyond = np.mean([one.sigma > 1.96 for one in noisy])
+    assert beyond == pytest.approx(0.05, abs=0.006)
+    assert np.mean([abs(one.value) / one.std > 1.96 for one in noisy]) > 0.1
+
+
+def test_of_few_shots_the_error_of_their_difference_is_that_of_their_noise():
+    two = WindowDifference.of_shots(np.array([1.0, 1.2]), np.array([0.02, 0.02]))
+    assert two.std == pytest.approx(0.1)
+    assert two.sigma == pytest.approx(11.0)
+
+
+def test_a_difference_far_beyond_its_scatter_stays_finite():
+    assert 30.0 < WindowDifference(value=1e9, std=1.0, dof=99).sigma < 1e9
