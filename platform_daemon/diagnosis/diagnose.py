@@ -55,6 +55,7 @@ from .selection.scales import fits_at_neighbouring_scales
 from .selection.stale_samples import without_stale_samples
 from .selection.stepwise import ProgressCallback, Selection
 from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
+from .shots.memory import give_memory_back
 from .shots.shot import DiagnosisShot, PreparedShot, as_measured
 from .shots.thread_pool import shot_pool
 from .validation.further_shots import further_shots
@@ -94,6 +95,7 @@ def diagnose_shots(
         >>> diagnosis_report(found).verdict
     """
     began_s = time.perf_counter()
+    give_memory_back()
     share = _SEARCHED if further else 1.0
 
     def searched(step: str, done: float) -> None:

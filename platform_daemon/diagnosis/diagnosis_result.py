@@ -14,7 +14,7 @@ from .regression.cross_validation import CrossValidation
 from .regression.joint_fit import JointFit
 from .regression.parameters import Mean
 from .report_schema import DiagnosisVerdict
-from .rigid_body.defects import ManufacturingError
+from .rigid_body.found_error import ManufacturingError
 from .rigid_body.plane_test import PlaneTest
 from .selection.data_integrity import DataDefect
 from .selection.stepwise import Selection

@@ -23,7 +23,7 @@ from .findings.undeclared_weight import with_weight_in_friction
 from .regression.cross_validation import cross_validate
 from .regression.joint_fit import JointFit
 from .regression.parameters import means, window_disagreement
-from .rigid_body.defects import ManufacturingError
+from .rigid_body.found_error import ManufacturingError
 from .rigid_body.plane_test import PlaneTest
 
 

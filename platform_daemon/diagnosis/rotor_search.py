@@ -16,7 +16,8 @@ from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_THRESHOLDS
 from .findings.rotor_findings import few_jewels, leaves_noise
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
-from .rigid_body.defects import ManufacturingError, manufacturing_error
+from .rigid_body.defects import manufacturing_error
+from .rigid_body.found_error import ManufacturingError
 from .rigid_body.plane_test import PlaneTest
 from .shots.shot import PreparedShot
 from .shots.thread_pool import StoppableExecutor

@@ -28,7 +28,7 @@ ALLOWED = {
     "findings/verdict.py": ([4.0, 100.0, 100.0, 100.0], "the bracket of a root; per cent"),
     "regression/torque_response.py": ([3.0, 3.0], "the weights of the Runge-Kutta method"),
     "report.py": ([10.0, 10.0], "decimal logarithms"),
-    "rigid_body/defects.py": ([10.0, 1e3, 1e3], "millimetres, decimal digits"),
+    "rigid_body/found_error.py": ([10.0, 1e3, 1e3], "millimetres, decimal digits"),
     "selection/select_effects.py": ([4], "quarters of a band"),
     "selection/stepwise.py": ([0.15, 0.25, 0.3], PROGRESS),
     "selection/torque_sets.py": ([0.15, 0.25], PROGRESS),

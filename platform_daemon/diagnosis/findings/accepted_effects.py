@@ -16,7 +16,7 @@ from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.score_test import ScoreTable, score_table
 from platform_daemon.diagnosis.selection.confounders import Confounder, confounders, gain_of, two_in_place
 from platform_daemon.diagnosis.selection.data_integrity import DataDefect
-from platform_daemon.diagnosis.selection.refits import lateness
+from platform_daemon.diagnosis.selection.refits import lateness, own_log_chance, strengths_by_shot
 from platform_daemon.diagnosis.selection.scales import scale_errors, spread_by_other_scales
 from platform_daemon.diagnosis.selection.significance import log_chance
 from platform_daemon.diagnosis.selection.stepwise import Selection
@@ -196,23 +196,11 @@ def _amplitude(values: np.ndarray, covariance: np.ndarray, *, pairs: bool) -> tu
 
 def _own_strength(c: Candidate, final: JointFit, trials: float) -> tuple[float, float, float]:
     """Rms amplitude over the shots of the strongest channel, its standard deviation, log chance."""
-    rows, gain, directions = [], 0.0, 0
-    for linear in final.linear:
-        assert c.columns is not None
-        at = linear.linearisation
-        columns = at.white(c.columns(at)).T
-        others = [o for o in final.hypothesis.own if o is not c]
-        wide = np.concatenate([columns, *(at.white(o.columns(at)).T for o in others if o.columns)], axis=1)
-        target = at.whitened
-        values = np.linalg.lstsq(wide, target, rcond=None)[0][: columns.shape[1]]
-        covariance = np.linalg.inv(columns.T @ columns) * final.noise_factor
-        rows.append(_amplitude(values, covariance, pairs=True))
-        gain += float(values @ (columns.T @ columns) @ values)
-        directions += columns.shape[1]
-    sizes = np.array(rows)
+    by_shot = strengths_by_shot(final, c)
+    sizes = np.array([_amplitude(v, np.linalg.inv(m) * final.noise_factor, pairs=True) for v, m in by_shot])
     value = float(np.sqrt(np.mean(sizes[:, 0] ** 2)))
-    std = float(np.sqrt(np.mean(sizes[:, 1] ** 2) / len(rows)))
-    return value, std, log_chance(gain / final.noise_factor, directions, trials * c.trials)
+    std = float(np.sqrt(np.mean(sizes[:, 1] ** 2) / len(by_shot)))
+    return value, std, own_log_chance(final, c, trials)
 
 
 def gap_effects(gaps: Sequence[DataDefect]) -> list[AcceptedEffect]:

@@ -13,7 +13,7 @@ from platform_daemon.diagnosis.regression.cross_validation import CrossValidatio
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.score_test import score_table
 from platform_daemon.diagnosis.report_schema import DiagnosisVerdict
-from platform_daemon.diagnosis.rigid_body.defects import ManufacturingError
+from platform_daemon.diagnosis.rigid_body.found_error import ManufacturingError
 from platform_daemon.diagnosis.rigid_body.plane_test import PlaneTest
 from platform_daemon.diagnosis.selection.confounders import Confounder
 from platform_daemon.diagnosis.selection.omnibus_test import omnibus_test

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.diagnosis.rigid_body.defects import ManufacturingError
+from platform_daemon.diagnosis.rigid_body.found_error import ManufacturingError
 from platform_daemon.diagnosis.shots.thread_pool import beside_each_other
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.numerics.arrays import Array

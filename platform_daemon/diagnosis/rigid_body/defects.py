@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.diagnosis.effects.effect import Effect
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.parameters import Mean
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
@@ -21,127 +20,22 @@ from platform_daemon.estimation.physics.rotation import rodrigues_from_rotation
 from platform_daemon.estimation.rotor_fit.fit import (
     RotorFit,
     RotorFitError,
-    covariance_of,
     fit_rotor,
     longest_s,
     made_whole,
     samples_per_value_of,
 )
-from platform_daemon.estimation.rotor_fit.parameters import (
-    DEFECTS,
-    HELD_WITH_A_DEFECT,
-    KNOWN_WITH_A_DEFECT,
-    OFF_DRAWING,
-    Defect,
-)
+from platform_daemon.estimation.rotor_fit.parameters import DEFECTS
 from platform_daemon.estimation.rotor_fit.shot import RotorShot
 
 from .each_shot import each_alone
 from .exchange import as_far_from
+from .found_error import Alike, ManufacturingError, effect_of
 from .held_out import HeldOutRotor, held_out_ends
 from .rotor_shots import rotor_shots
 from .search import defect_of, ranked, rise, total_chi2
 
 _LIMITS = THRESHOLDS.rigid_body
-_ROTOR_SOURCE = "manufacturing (paper, sec. ssec:types_of_manufacturing_errors)"
-
-
-def _effect(name: str, unit: str, what: str) -> Effect:
-    return Effect(
-        id=name,
-        unit=unit,
-        sign=0,
-        separates=(),
-        signature="the motion leaves its plane: a part along the main axis at f and 2f, with side modes",
-        source=f"{what}; {_ROTOR_SOURCE}",
-    )
-
-
-STATOR_TILT = _effect("stator_tilt", "rad", "the stator's moment is tilted about v")
-ROTOR_TILT = _effect("rotor_tilt", "rad", "the rotor's moment is tilted about v against the thread")
-JEWEL_TILT = _effect("jewel_tilt", "rad", "the jewel is tilted about v")
-LATERAL_DISPLACEMENT = _effect("lateral_displacement", "m", "the stator is displaced along u")
-
-
-def effect_of(defect: Defect, bearing: str) -> Effect:
-    """The effect of a parameter of the rotor."""
-    if defect == "stator_tilt_rad":
-        return STATOR_TILT
-    if defect == "lateral_displacement_m":
-        return LATERAL_DISPLACEMENT
-    return JEWEL_TILT if bearing == "jewel" else ROTOR_TILT
-
-
-@dataclass(frozen=True, kw_only=True)
-class Alike:
-    """Another error that explains the shots as well: its size, in the effect's unit, by how much chi^2 is above that of
-    the named one, and its fit."""
-
-    effect: Effect
-    strength: float
-    std: float
-    rise: float
-    fit: RotorFit
-
-    @property
-    def in_words(self) -> str:
-        """As for the named one."""
-        return _in_words(self.effect, self.strength, self.std)
-
-
-@dataclass(frozen=True, kw_only=True)
-class ManufacturingError:
-    """What a rotor of five degrees of freedom makes of the shots.
-
-    effect: the named one; strength, std: in its unit; alike: those that explain the shots as well; fit: of all shots;
-    held_out: the end of each shot, predicted from its beginning; before_chi2: chi^2 of one angle; parameters: means;
-    excess_sigma: by how many standard deviations chi^2 exceeds that of noise, that of the noise's level included.
-    sure: the size is surely not 0, and large enough to be an error; else a rotor without one explains the shots.
-    predicts: the ends of shots are predicted about as well as noise allows.
-    """
-
-    effect: Effect
-    strength: float
-    std: float
-    alike: tuple[Alike, ...]
-    fit: RotorFit
-    held_out: HeldOutRotor
-    before_chi2: float
-    parameters: Mapping[str, Mean]
-    excess_sigma: float = 0.0
-    sure: bool = True
-    predicts: bool = True
-
-    @property
-    def held(self) -> dict[str, float]:
-        """What later fits hold beside the error, or begin with, by name, SI."""
-        values = {name: getattr(self.fit.values[0], name) for name in KNOWN_WITH_A_DEFECT}
-        return {name: value for name, value in values.items() if value or name not in OFF_DRAWING}
-
-    @property
-    def covariance(self) -> tuple[tuple[str, ...], Array]:
-        """Of the error and of what is held beside it, as far as it was estimated: names of the rows, (names, names)."""
-        places = self.fit.places[0]
-        names = tuple(name for name in (defect_of(self.fit), *HELD_WITH_A_DEFECT) if name in places)
-        return names, covariance_of(self.fit, names)
-
-    @property
-    def in_words(self) -> str:
-        """stator tilted by 2.030(12) deg about v."""
-        return _in_words(self.effect, self.strength, self.std)
-
-
-def _in_words(effect: Effect, strength: float, std: float) -> str:
-    if effect is LATERAL_DISPLACEMENT:
-        return f"stator displaced by {_with_error(1e3 * strength, 1e3 * std)} mm along u"
-    size = _with_error(math.degrees(strength), math.degrees(std))
-    return f"{effect.id.removesuffix('_tilt')} tilted by {size} deg about v"
-
-
-def _with_error(value: float, std: float) -> str:
-    """2.030(12): two digits of the standard deviation."""
-    digits = max(0, 1 - math.floor(math.log10(std)))
-    return f"{value:.{digits}f}({round(std * 10.0**digits)})"
 
 
 def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool = False) -> ManufacturingError | None:
@@ -161,53 +55,81 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
     shots = rotor_shots(base)
     if not shots:
         return None
-    noise_chi2_per_dof = THRESHOLDS.regression.noise_chi2_per_dof
     most_chi2_per_dof = _LIMITS.given_up_chi2_per_dof if leaving_noise else _LIMITS.explained_chi2_per_dof
     try:
-        best_first, *rivals = ranked(shots[0], pool, most_chi2_per_dof)
-        of_first, fits = like_the_first([made_whole(best_first, pool), *rivals], shots, pool)
-        together = [_together(fits, pool)]
-        if len(shots) > 1:
-            # One after the other: shots together keep all cores busy, and two Jacobians would be kept at once.
-            for rival in of_first[1:]:
-                with suppress(RotorFitError):
-                    together.append(_together_instead(together[0], of_first[0], rival, pool))
-        else:
-            together = of_first
-        while True:
-            excess_sigma, samples = _excess(base, min(together, key=total_chi2))
-            alike = _as_good(together, samples)
-            best = _named(alike, samples)
-            if best.whole:
-                break
-            together = [made_whole(f, pool) if f is best else f for f in together]
-        held_out = held_out_ends(fits, pool)
+        return _judged(base, _fitted(base, shots, most_chi2_per_dof, pool), pool)
     except (RotorFitError, LostRotorError, NoRestError):
         return None
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Fitted:
+    """alone: fits of each shot alone, with what the first one has in common; alike: of all shots together, with each
+    error that they cannot exclude; best: the one of these that is named; excess_sigma, samples: see `_excess`."""
+
+    alone: Sequence[RotorFit]
+    alike: Sequence[RotorFit]
+    best: RotorFit
+    excess_sigma: float
+    samples: float
+    held_out: HeldOutRotor
+
+
+def _fitted(base: JointFit, shots: Sequence[RotorShot], most_chi2_per_dof: float, pool: Executor) -> _Fitted:
+    """Raises RotorFitError, LostRotorError, NoRestError."""
+    best_first, *rivals = ranked(shots[0], pool, most_chi2_per_dof)
+    of_first, alone = like_the_first([made_whole(best_first, pool), *rivals], shots, pool)
+    together = [_together(alone, pool)]
+    if len(shots) > 1:
+        # One after the other: shots together keep all cores busy, and two Jacobians would be kept at once.
+        for rival in of_first[1:]:
+            with suppress(RotorFitError):
+                together.append(_together_instead(together[0], of_first[0], rival, pool))
+    else:
+        together = of_first
+    while True:
+        excess_sigma, samples = _excess(base, min(together, key=total_chi2))
+        alike = _as_good(together, samples)
+        best = _named(alike, samples)
+        if best.whole:
+            break
+        together = [made_whole(f, pool) if f is best else f for f in together]
+    return _Fitted(
+        alone=alone,
+        alike=alike,
+        best=best,
+        excess_sigma=excess_sigma,
+        samples=samples,
+        held_out=held_out_ends(alone, pool),
+    )
+
+
+def _judged(base: JointFit, fitted: _Fitted, pool: Executor) -> ManufacturingError | None:
+    """None: the rotor leaves too much."""
+    best, samples, held_out = fitted.best, fitted.samples, fitted.held_out
+    noise_chi2_per_dof = THRESHOLDS.regression.noise_chi2_per_dof
     # The right rotor predicts to noise; one that does not lies in a valley beside it.  Where a shot alone leaves more
     # with what the first one has in common, the prediction is not that of the rotor of all.
-    alone = all(f.chi2_per_dof < noise_chi2_per_dof for f in fits)
-    predicts = held_out.is_good or not alone
+    predicts = held_out.is_good or not all(f.chi2_per_dof < noise_chi2_per_dof for f in fitted.alone)
     strength, std = best.strength[0], math.sqrt(samples) * best.strength[1]
     least = _LIMITS.least_m if defect_of(best) == "lateral_displacement_m" else _LIMITS.least_rad
     sure = abs(strength) > least and (abs(strength) > _LIMITS.sure_sigma * std or none_leaves_more(best, samples, pool))
     # A rotor without an error stands in the way of effects of one angle only where it leaves surely no more than noise.
-    noise = best.chi2_per_dof < noise_chi2_per_dof and excess_sigma < _LIMITS.doubtful_sigma and (sure or predicts)
-    if not (noise or (sure and best.chi2_per_dof < _LIMITS.explained_chi2_per_dof)):
+    quiet = best.chi2_per_dof < noise_chi2_per_dof and fitted.excess_sigma < _LIMITS.doubtful_sigma
+    if not ((quiet and (sure or predicts)) or (sure and best.chi2_per_dof < _LIMITS.explained_chi2_per_dof)):
         return None
-    wider = max(samples, 1.0 if predicts else min(held_out.chi2_per_dof, _LIMITS.most_wider_chi2))
+    alike, wider = fitted.alike, max(samples, 1.0 if predicts else min(held_out.chi2_per_dof, _LIMITS.most_wider_chi2))
     if wider > 1.0:
         place = next(k for k, f in enumerate(alike) if f is best)
         alike = [_with_model_error(f, wider) for f in alike]
         best = alike[place]
         std = best.strength[1]
-    bearing = shots[0].geometry.bearing
     others = [f for f in alike if f is not best]
     # The same error with the other sign or law of creep, if the shots do not tell it, is not another effect: the error
     # spans both.
     span = max((abs(f.strength[0] - strength) for f in others if f.defect == best.defect), default=0.0)
     return ManufacturingError(
-        effect=effect_of(defect_of(best), bearing),
+        effect=effect_of(defect_of(best), best.shots[0].geometry.bearing),
         strength=strength,
         std=math.hypot(std, span),
         alike=tuple(sorted((_like_it(f, best) for f in _one_law(others, best)), key=lambda a: a.rise)),
@@ -215,7 +137,7 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
         held_out=held_out,
         before_chi2=base.chi2,
         parameters=_means(best, others),
-        excess_sigma=excess_sigma,
+        excess_sigma=fitted.excess_sigma,
         sure=sure,
         predicts=predicts,
     )

@@ -15,9 +15,11 @@ from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly, noise_factor, starting_point
 from platform_daemon.diagnosis.regression.score_test import score_table
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 from .sign_constraints import without_gain_of_energy
+from .significance import log_chance
 
 _LIMITS = THRESHOLDS.selection
 
@@ -170,3 +172,24 @@ def own_gain(at: JointFit, candidate: Candidate, pool: Executor) -> OwnGain:
     parts = list(pool.map(one, range(len(at.linear))))
     factor = noise_factor(sum(p[1] for p in parts) / at.dof, [(p[1], p[2]) for p in parts])
     return OwnGain(sum(p[0] for p in parts), factor, sum(p[3] for p in parts))
+
+
+def strengths_by_shot(at: JointFit, effect: Candidate) -> list[tuple[Array, Array]]:
+    """Of an accepted effect of every shot's own, beside the other such effects: values (k,), information (k, k)."""
+    found = []
+    for linear in at.linear:
+        assert effect.columns is not None
+        here = linear.linearisation
+        columns = here.white(effect.columns(here)).T
+        others = [here.white(o.columns(here)).T for o in at.hypothesis.own if o is not effect and o.columns]
+        wide = np.concatenate([columns, *others], axis=1)
+        values = np.linalg.lstsq(wide, here.whitened, rcond=None)[0][: columns.shape[1]]
+        found.append((values, columns.T @ columns))
+    return found
+
+
+def own_log_chance(at: JointFit, effect: Candidate, trials: float) -> float:
+    """Logarithm of the chance that an accepted effect of every shot's own is noise; trials: places that were tried."""
+    by_shot = strengths_by_shot(at, effect)
+    gain = sum(float(values @ information @ values) for values, information in by_shot)
+    return log_chance(gain / at.noise_factor, sum(v.size for v, _ in by_shot), trials * effect.trials)

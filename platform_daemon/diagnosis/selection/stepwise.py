@@ -266,22 +266,25 @@ class StepwiseSearch:
         self, first: ScoreTable, table: ScoreTable, best: JointFit, size: int
     ) -> tuple[JointFit | None, tuple[Candidate, ...]]:
         """The best refit with a set of this size; None if it is no better than what there is."""
-        leaders = self._leaders(first, table, size)
-        fits = [f for f in (allowed_refit(h, start, self._pool) for h, start in leaders) if f is not None]
-        fits.sort(
-            key=lambda f: (
-                f.chi2 + _LIMITS.chi2_per_scale * f.noise_factor * sum(bool(c.hidden) for c in f.hypothesis.common)
-            )
-        )
-        allowed = [f for f in fits if signs_allowed(f)]
-        banned = tuple(c for c in fits[0].hypothesis.effects) if fits and not signs_allowed(fits[0]) else ()
-        if not allowed:
+        better: JointFit | None = None
+        least = math.inf
+        banned = tuple[Candidate, ...]()  # effects of the fit that leaves least, if its signs are not allowed
+        for hypothesis, start in self._leaders(first, table, size):  # one at a time: a fit of many shots is large
+            fit = allowed_refit(hypothesis, start, self._pool)
+            if fit is None:
+                continue
+            allowed = signs_allowed(fit)
+            if _compared_chi2(fit) < least:
+                least, banned = _compared_chi2(fit), () if allowed else tuple(fit.hypothesis.effects)
+            if allowed and (better is None or _compared_chi2(fit) < _compared_chi2(better)):
+                better = fit
+        if better is None:
             return None, banned
-        fall = (best.chi2 - allowed[0].chi2) / allowed[0].noise_factor
-        added = allowed[0].hypothesis.size - best.hypothesis.size
-        new = [c for c in allowed[0].hypothesis.common if c.key not in {o.key for o in best.hypothesis.common}]
+        fall = (best.chi2 - better.chi2) / better.noise_factor
+        added = better.hypothesis.size - best.hypothesis.size
+        new = [c for c in better.hypothesis.common if c.key not in {o.key for o in best.hypothesis.common}]
         sure = log_chance(fall, max(1, added), self._trials * math.prod(c.trials for c in new)) < LEVEL
-        return (allowed[0], banned) if sure else (None, banned)
+        return (better, banned) if sure else (None, banned)
 
     def _leaders(self, first: ScoreTable, table: ScoreTable, size: int) -> list[tuple[Hypothesis, JointFit]]:
         """Sets worth a refit: the best of this size given the root, and the best additions to the present one."""
@@ -308,6 +311,11 @@ class StepwiseSearch:
                 known.add(keys)
                 chosen.append((hypothesis, at.joint_fit))
         return chosen
+
+
+def _compared_chi2(fit: JointFit) -> float:
+    """chi^2 by which sets of effects are compared: each hidden scale costs some."""
+    return fit.chi2 + _LIMITS.chi2_per_scale * fit.noise_factor * sum(bool(c.hidden) for c in fit.hypothesis.common)
 
 
 def _near_motion(c: Candidate, at: JointFit) -> bool:

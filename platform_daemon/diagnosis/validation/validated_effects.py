@@ -14,6 +14,7 @@ from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly
 from platform_daemon.diagnosis.regression.score_test import ScoreTable
 from platform_daemon.diagnosis.selection.amplitude_laws import is_timed, time_is_doubtful
 from platform_daemon.diagnosis.selection.confounders import Confounder, confounders, gain_of
+from platform_daemon.diagnosis.selection.refits import own_log_chance
 from platform_daemon.diagnosis.selection.sign_constraints import without_gain_of_energy
 from platform_daemon.diagnosis.selection.significance import log_chance
 from platform_daemon.diagnosis.selection.stepwise import Selection
@@ -35,6 +36,8 @@ def validate_effects(
     """
     before = cross_validate(found.base, pool)
     (table, replaced), dropped = _best_predicting(_still_sure(found, pool), pool), []
+    if replaced:
+        table = _still_sure(replace(found, best=table.joint_fit, score_table=table), pool).score_table
     after = cross_validate(table.joint_fit, pool) if table.joint_fit.hypothesis.effects else before
     while table.joint_fit.hypothesis.effects:
         at = table.joint_fit
@@ -50,18 +53,23 @@ def validate_effects(
 
 
 def _still_sure(found: Selection, pool: Executor) -> Selection:
-    """Without common effects that are no longer significant given those that were found later."""
+    """Without effects that are no longer significant given those that were found later.
+
+    Lines near the motion's own frequency stand for it until the effect of the motion is found.
+    """
     best = found.best
-    while best.hypothesis.common:
-        chances = {c: _log_chance(best, c, found.trials) for c in best.hypothesis.common}
-        worst = max(best.hypothesis.common, key=lambda c: chances[c])
-        if chances[worst] < _LIKELY:
+    while best.hypothesis.effects:
+        chances = {c.key: _log_chance(best, c, found.trials) for c in best.hypothesis.effects}
+        worst = max(best.hypothesis.effects, key=lambda c: chances[c.key])
+        if chances[worst.key] < _LIKELY:
             break
         best = without(best, worst, found.base, pool)
     return found if best is found.best else replace(found, best=best, score_table=found.score_table_of(best))
 
 
 def _log_chance(at: JointFit, effect: Candidate, trials: float) -> float:
+    if effect in at.hypothesis.own:
+        return own_log_chance(at, effect, trials)
     return log_chance(gain_of(at, effect), effect.size, trials * effect.trials)
 
 

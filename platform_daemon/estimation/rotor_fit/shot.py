@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,9 +20,11 @@ from platform_daemon.estimation.physics.rigid_rotor.rotor import (
     RotorValues,
 )
 from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U
+from platform_daemon.estimation.thresholds import THRESHOLDS
 
 from .parameters import FreeParameter, Start
 
+LIMITS = THRESHOLDS.rigid_rotor
 MOMENT, SIZE, DELAY = "m_r_am2", "drive_size", "drive_delay_s"
 
 
@@ -173,36 +175,49 @@ def all_linearised(
     window_s: float,
     pool: Executor,
 ) -> Iterator[Linearised]:
-    """Of each shot, one after the other, while the pool is busy with all of them.
+    """Of each shot, one after the other, while the pool is busy with those of its batch.
 
-    A motion that chooses its steps leaves lanes for the first columns; the others follow at its steps.
+    A motion that chooses its steps leaves lanes for the first columns; the others follow at its steps.  The columns of
+    a long shot take a hundred megabytes before they are put together, so that batches are small.
 
     Raises NoRestError, LostRotorError.
     """
     rows = [(shot, v, _with_own_motion(shot, p), p) for shot, v, p in zip(shots, values, free, strict=True)]
-    begun = [pool.submit(_motion, shot, v, moved, p, window_s) for shot, v, moved, p in rows]
-    motions, waiting = [], []
-    for (shot, v, moved, _), future in zip(rows, begun, strict=True):
-        motion = future.result()
-        groups = [moved[k : k + LANES] for k in range(LANES - 1, len(moved), LANES)]
-        waiting.append([pool.submit(_columns, shot, v, group, motion) for group in groups])
-        motions.append(motion)
-    for (shot, v, _, p), motion in zip(rows, motions, strict=True):
-        found = dict(motion.columns)
-        for group in waiting.pop(0):
-            found |= group.result()
-        columns = np.array(
-            [found[each.name] if each.name in found else _of_moment(shot, v, motion, found) for each in p]
-        )
-        residual = shot.whitened(shot.samples[:, : motion.samples.shape[1]] - motion.samples)
-        yield Linearised(
-            columns @ columns.T,
-            columns @ residual,
-            float(residual @ residual),
-            residual.size,
-            columns.astype(np.float32),
-            residual,
-        )
+    for k in range(0, len(rows), LIMITS.shots_at_once):
+        batch = rows[k : k + LIMITS.shots_at_once]
+        begun = [pool.submit(_motion, shot, v, moved, p, window_s) for shot, v, moved, p in batch]
+        motions, waiting = [], []
+        for (shot, v, moved, _), future in zip(batch, begun, strict=True):
+            motion = future.result()
+            groups = [moved[j : j + LANES] for j in range(LANES - 1, len(moved), LANES)]
+            waiting.append([pool.submit(_columns, shot, v, group, motion) for group in groups])
+            motions.append(motion)
+        begun.clear()
+        for shot, v, _, p in batch:
+            yield _put_together(shot, v, p, motions.pop(0), waiting.pop(0))
+
+
+def _put_together(
+    shot: RotorShot,
+    values: RotorValues,
+    free: Sequence[FreeParameter],
+    motion: _Motion,
+    others: Sequence[Future[dict[str, Array]]],
+) -> Linearised:
+    """others: columns beside those of the motion.  Raises LostRotorError."""
+    found = dict(motion.columns)
+    for group in others:
+        found |= group.result()
+    columns = np.array([found[p.name] if p.name in found else _of_moment(shot, values, motion, found) for p in free])
+    residual = shot.whitened(shot.samples[:, : motion.samples.shape[1]] - motion.samples)
+    return Linearised(
+        columns @ columns.T,
+        columns @ residual,
+        float(residual @ residual),
+        residual.size,
+        columns.astype(np.float32),
+        residual,
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -165,6 +165,7 @@ class RigidRotorThresholds:
         "the split of a single shot in the diagnosis, which scores what is predicted",
     )
     window_growth: float = tuned(2.0, "1", "ratio of a window to the one before")
+    shots_at_once: int = tuned(3, "1", "whose Jacobians are computed beside each other: bounds the memory")
     most_steps: int = tuned(40, "steps", "of Gauss-Newton in the last window")
     few_steps: int = tuned(20, "steps", "in the windows before it; from a good start they take 2 to 16", START)
     strong_share: float = tuned(

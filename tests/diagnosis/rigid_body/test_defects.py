@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from platform_daemon.diagnosis.findings.rotor_parting import PLANS, parting
-from platform_daemon.diagnosis.rigid_body.defects import (
+from platform_daemon.diagnosis.rigid_body.found_error import (
     LATERAL_DISPLACEMENT,
     STATOR_TILT,
     Alike,
-    HeldOutRotor,
     ManufacturingError,
 )
+from platform_daemon.diagnosis.rigid_body.held_out import HeldOutRotor
 from platform_daemon.diagnosis.rigid_body.search import ranked
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
 from platform_daemon.estimation.rotor_fit.fit import RotorFitError
