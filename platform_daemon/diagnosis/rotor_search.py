@@ -13,7 +13,7 @@ from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 from platform_daemon.estimation.thresholds import THRESHOLDS as FIT_THRESHOLDS
 
-from .findings.rotor_findings import few_jewels, leaves_noise
+from .findings.rotor_findings import chi2_beside_one_angle, few_jewels, leaves_noise
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .rigid_body.defects import manufacturing_error
@@ -44,7 +44,7 @@ def rotor_of(
     if driven and plane.leaves and (rotor is None or _drive_is_doubtful(rotor)):
         freed = replace(declared, prepared=tuple(map(_without_drive, declared.prepared)))
         free = manufacturing_error(freed, pool)
-        if free is not None and (rotor is None or sum(free.fit.chi2) < sum(rotor.fit.chi2)):
+        if free is not None and (rotor is None or _left(free, freed) < _left(rotor, declared)):
             declared, rotor = freed, free
     return None if rotor is None or not (plane.leaves or leaves_noise(rotor)) else (declared, rotor)
 
@@ -103,6 +103,11 @@ class RotorBeside:
             done.set_result(manufacturing_error(base, self._pool, leaving_noise=True))
             self._begun = base, done
         return self._begun[1].result()
+
+
+def _left(rotor: ManufacturingError, fit: JointFit) -> float:
+    """chi^2 of what it leaves, by instants and noise that do not depend on the drive."""
+    return sum(chi2_beside_one_angle(rotor, fit))
 
 
 def _drive_is_doubtful(rotor: ManufacturingError) -> bool:

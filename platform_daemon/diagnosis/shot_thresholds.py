@@ -24,6 +24,7 @@ class Shots:
     least_decimated: int = 1_500  # instants that decimation must leave to be worth its filter [cost]
     pass_band: float = 6.5  # upper edge of the pass band, in fundamentals: six harmonics [unset]
     nyquist: float = 7.5  # Nyquist frequency after decimation, in fundamentals: room for the filter's edge [cost]
+    even_nyquist: float = 15.0  # the same where one grid covers a shot, whose filter is short: a rotor's [cost]
     ripple_db: float = 130.0  # dB of the filter: ripple is an error of m_r, whose std may be 1e-6 of it [D, was 90]
     # relative variation of the noise level in the band below which it counts as white [unset]
     white_share: float = 0.02

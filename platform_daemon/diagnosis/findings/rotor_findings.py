@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 
@@ -68,11 +69,14 @@ def chi2_beside_one_angle(rotor: ManufacturingError, fit: JointFit) -> list[floa
     """
     left = []
     for prepared, shot, values in zip(fit.prepared, rotor.fit.shots, rotor.fit.values, strict=True):
-        record = prepared.shot.record
+        record, known = prepared.shot.record, prepared.shot.rotor
+        assert known is not None
         seen = np.array(record.samples)
-        count = record.end - record.valid_from  # a rotor's shot ends where the swing has become small
+        # A rotor's shot may be decimated, and ends where the swing has become small.
+        whole = replace(shot, drive=known.drive_from(record.valid_from * record.dt_s))
+        count = record.end - record.valid_from
         try:
-            seen[:, record.valid_from : record.end] -= shot.rotor(values).dm_dt(count, shot.rate_hz)[0]
+            seen[:, record.valid_from : record.end] -= whole.rotor(values).dm_dt(count, record.sampling_rate_hz)[0]
         except (LostRotorError, NoRestError):
             left.append(math.inf)
             continue

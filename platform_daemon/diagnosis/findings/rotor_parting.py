@@ -120,7 +120,7 @@ def _difference(plan: Callable[[RotorShot], RotorShot], best: RotorFit, rival: R
         # A promise holds near the least chi^2: where less than noise is left, or where a step has led down and the next
         # one would bring little, not because it is at a bound.
         ends = promised > _LIMITS.promised_share * here and bool(np.all(np.abs(step) < most))
-        if here < seen.count or (math.isfinite(before) and ends):
+        if here < seen.expected or (math.isfinite(before) and ends):
             left = min(left, promised)
         if left < THRESHOLDS.rigid_body.worth_sigma**2:  # it will not be proposed
             break

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from platform_daemon.diagnosis.regression.joint_fit import JointFit
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot, SampleGrid, band_sd, even_grid
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.numerics.arrays import Array
@@ -50,20 +51,26 @@ def rotor_shots(base: JointFit) -> list[RotorShot]:
             creep_m_per_s=_LIMITS.creep_m_per_s if jewel else 0.0,
             creep_spin_rad_per_s=_LIMITS.creep_spin_rad_per_s if jewel else 0.0,
         )
+        # The friction of a jewel's contact, which slips and sticks, has harmonics beyond any filter, and where no drive
+        # is known the motion begins with the first sample.
+        every = jewel or known.drive is None
+        grid = SampleGrid.every_sample(record) if every else even_grid(record, f_nat_hz)
+        first, rate_hz = grid.first * grid.factor, record.sampling_rate_hz / grid.factor
         if known.drive is None:
             side = -1.0 if known.turned(observed.rotation) else 1.0
             phi, speed = _first_state(base.hypothesis.model, state.dynamics, record)
             values = replace(values, start_angle_rad=side * phi, start_speed_rad_per_s=side * speed)
         shots.append(
             RotorShot(
-                samples=_swinging(record.valid, record.sampling_rate_hz, f_nat_hz),
-                rate_hz=record.sampling_rate_hz,
-                sd=shot.noise.sd,
+                samples=_swinging(grid.of(record.samples), rate_hz, f_nat_hz),
+                rate_hz=rate_hz,
+                sd=_sd_of(shot, grid, f_nat_hz),
                 geometry=known.geometry,
-                drive=known.drive_from(record.valid_from * record.dt_s),
+                drive=known.drive_from(first * record.dt_s),
                 values=values,
                 declared=_upright(rotation) if known.rotation is None else known.rotation,
                 start=known.start,
+                square=grid.dof / grid.count,
             )
         )
     return shots
@@ -74,6 +81,13 @@ def _first_state(model: RingDownModel, motion: MotionParameters, record: RingDow
     first, dt_s = record.valid_from, record.dt_s
     phi, per_turn = Trajectory(model, motion, (first + 1) * dt_s).basis(first, first + 1, dt_s, STATE)[:2, 0].tolist()
     return phi, per_turn * motion.w
+
+
+def _sd_of(shot: DiagnosisShot, grid: SampleGrid, frequency_hz: float) -> Array:
+    """Of white noise with the density that the samples of a grid have; frequency_hz: of the swing."""
+    if grid.factor == 1:
+        return shot.noise.sd
+    return np.asarray(band_sd(shot.noise, frequency_hz, shot.rate_hz) / math.sqrt(grid.factor))
 
 
 def _upright(rotation: Array) -> Array:

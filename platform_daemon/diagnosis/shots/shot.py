@@ -94,6 +94,11 @@ class SampleGrid:
     last: int
     taps: Array = field(default_factory=lambda: np.ones(1))
 
+    @classmethod
+    def every_sample(cls, record: RingDownRecord) -> SampleGrid:
+        """All that are valid."""
+        return cls(1, record.valid_from, record.valid_from + record.valid.shape[1])
+
     @property
     def count(self) -> int:
         """Number of instants."""
@@ -133,6 +138,29 @@ def grids_for(record: RingDownRecord, last: int, frequency_hz: float) -> tuple[S
     if end - begin < _LIMITS.least_decimated:
         return (SampleGrid(1, first, last),)
     return SampleGrid(1, first, begin * factor), SampleGrid(factor, begin, end, taps), SampleGrid(1, end * factor, last)
+
+
+def even_grid(record: RingDownRecord, frequency_hz: float) -> SampleGrid:
+    """One grid of the valid samples, decimated by a filter so short that a millisecond is lost at either end.
+
+    frequency_hz: of the fundamental.
+    """
+    every = SampleGrid.every_sample(record)
+    factor = int(record.sampling_rate_hz / (2.0 * _LIMITS.even_nyquist * frequency_hz))
+    if factor < 2:
+        return every
+    taps = _low_pass(record.sampling_rate_hz, factor, frequency_hz)
+    half = taps.size // 2
+    return SampleGrid(factor, -(-(every.first + half) // factor), (every.last - 1 - half) // factor + 1, taps)
+
+
+def band_sd(noise: NoiseModel, frequency_hz: float, rate_hz: float) -> Array:
+    """Standard deviation (channels,) of white noise with the mean density of the first harmonics' band.
+
+    frequency_hz: of the fundamental.
+    """
+    band = np.linspace(_LIMITS.level_band_from * frequency_hz, _LIMITS.pass_band * frequency_hz, _LIMITS.level_points)
+    return np.asarray(np.sqrt(np.mean(sd_at(noise, band, rate_hz) ** 2, axis=1)))
 
 
 def _low_pass(rate_hz: float, factor: int, frequency_hz: float) -> Array:

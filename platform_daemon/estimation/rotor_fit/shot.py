@@ -71,8 +71,9 @@ class RotorShot:
     """A ring-down after a known drive, or from a free start.
 
     samples: dm/dt, (3, n) A m^2/s, world axes, the first one `drive.rx_start_s` after the start of the drive; sd: (3,)
-    of white noise; values: start values; declared: (3, 3) orientation as the recording states it; start: in which state
-    the motion begins, "free" with NO_DRIVE.
+    of white noise with the density that theirs has; values: start values; declared: (3, 3) orientation as the recording
+    states it; start: in which state the motion begins, "free" with NO_DRIVE; square: of their noise over that of such
+    white noise, less than 1 where a filter takes some of it.
     """
 
     samples: Array
@@ -83,6 +84,7 @@ class RotorShot:
     values: RotorValues
     declared: Array
     start: Start = "rest"
+    square: float = 1.0
 
     def count(self, window_s: float) -> int:
         """Samples in a window from the first one."""
@@ -144,7 +146,7 @@ def _together(rotors: Sequence[RigidRotor], counts: Sequence[int], rate_hz: floa
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """Normal equations of one shot at some values: J^T J, J^T r, r^T r, the number of residuals, J^T and r.
+    """Normal equations of one shot at some values: J^T J, J^T r, r^T r, what that is of noise alone, J^T and r.
 
     columns: (free, residuals) float32: its rounding moves a minimum by 1e-4 of a standard error.
     """
@@ -152,7 +154,7 @@ class Linearised:
     matrix: Array
     gradient: Array
     chi2: float
-    count: int
+    expected: float
     columns: Array
     residual: Array
 
@@ -214,7 +216,7 @@ def _put_together(
         columns @ columns.T,
         columns @ residual,
         float(residual @ residual),
-        residual.size,
+        shot.square * residual.size,
         columns.astype(np.float32),
         residual,
     )

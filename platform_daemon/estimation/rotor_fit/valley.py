@@ -52,7 +52,7 @@ class _Normal:
     matrix: Array
     gradient: Array
     chi2: list[float]
-    counts: list[int]
+    counts: list[float]
     total: float
     by_shot: list[Linearised]
 
@@ -125,7 +125,7 @@ class Valley:
         weight, pull, known = layout.prior(values, self._first)
         matrix[np.diag_indices(layout.size)] += weight
         chi2 = [one.chi2 for one in by_shot]
-        return _Normal(matrix, gradient + pull, chi2, [one.count for one in by_shot], sum(chi2) + known, by_shot)
+        return _Normal(matrix, gradient + pull, chi2, [one.expected for one in by_shot], sum(chi2) + known, by_shot)
 
     def start(self, values: list[RotorValues], normal: _Normal, pool: Executor) -> Point:
         """Where a fit begins, with the time steps of its trials, which one shot takes by itself as well.
