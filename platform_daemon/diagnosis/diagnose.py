@@ -55,7 +55,7 @@ from .selection.scales import fits_at_neighbouring_scales
 from .selection.stale_samples import without_stale_samples
 from .selection.stepwise import ProgressCallback, Selection
 from .shots.initial_fits import UnfittedShot, initial_fits, with_beginnings
-from .shots.memory import give_memory_back
+from .shots.memory import give_large_arrays_back
 from .shots.shot import DiagnosisShot, PreparedShot, as_measured
 from .shots.thread_pool import shot_pool
 from .validation.further_shots import further_shots
@@ -87,6 +87,9 @@ def diagnose_shots(
             that fluctuates; None from one that cannot be used.
         defects, remarks: of the files that the shots were read from, which come first in the result.
 
+    Large arrays of the process go back to the operating system when they are freed from then on, which glibc does not
+    do by itself.
+
     Raises:
         DiagnosisError: no shot can be fitted by the declared model.
 
@@ -95,7 +98,7 @@ def diagnose_shots(
         >>> diagnosis_report(found).verdict
     """
     began_s = time.perf_counter()
-    give_memory_back()
+    give_large_arrays_back()
     share = _SEARCHED if further else 1.0
 
     def searched(step: str, done: float) -> None:

@@ -123,9 +123,9 @@ class WindowDisagreement(Schema):
     """
 
     before_sigma: FiniteOrNull
-    """With the declared model, standard errors."""
+    """With the declared model, standard deviations."""
     after_sigma: FiniteOrNull
-    """With the named effects, standard errors."""
+    """With the named effects, standard deviations."""
 
 
 class DataDefectReport(Schema):

@@ -44,7 +44,7 @@ def rotor_of(
     if driven and plane.leaves and (rotor is None or _drive_is_doubtful(rotor)):
         freed = replace(declared, prepared=tuple(map(_without_drive, declared.prepared)))
         free = manufacturing_error(freed, pool)
-        if free is not None and (rotor is None or _left(free, freed) < _left(rotor, declared)):
+        if free is not None and (rotor is None or _leaves_less(free, freed, rotor, declared)):
             declared, rotor = freed, free
     return None if rotor is None or not (plane.leaves or leaves_noise(rotor)) else (declared, rotor)
 
@@ -105,9 +105,15 @@ class RotorBeside:
         return self._begun[1].result()
 
 
-def _left(rotor: ManufacturingError, fit: JointFit) -> float:
-    """chi^2 of what it leaves, by instants and noise that do not depend on the drive."""
-    return sum(chi2_beside_one_angle(rotor, fit))
+def _leaves_less(one: ManufacturingError, its: JointFit, other: ManufacturingError, others: JointFit) -> bool:
+    """chi^2 of one rotor is below that of another one; its, others: the fits of one angle that they belong to."""
+    if all(a.rate_hz == b.rate_hz for a, b in zip(one.fit.shots, other.fit.shots, strict=True)):
+        return sum(one.fit.chi2) < sum(other.fit.chi2)
+    # Only a driven thread's shots are decimated: both are compared at the instants of one angle.
+    left, before = sum(chi2_beside_one_angle(one, its)), sum(chi2_beside_one_angle(other, others))
+    if math.isfinite(left) and math.isfinite(before):
+        return left < before
+    return one.fit.chi2_per_dof < other.fit.chi2_per_dof
 
 
 def _drive_is_doubtful(rotor: ManufacturingError) -> bool:

@@ -16,6 +16,7 @@ class Shots:
     beginning_s: float = 0.1  # of a rotor's shot in which one angle is near enough to begin with [unset]
     stray_ratio: float = 3.0  # of two frequencies: a trial step that leads further away is refused [A]
     large_array_bytes: int = 1_000_000  # from which on the memory of an array is given back when it is freed [cost]
+    kept_heap_bytes: int = 16_000_000  # of freed small arrays, that are kept for the next ones [cost]
     kept_bases: int = 2  # linearised states of a shot that are cached, some megabytes each [cost]
     kept_coefficients: int = 20  # of a model up to which its states are cached: with the course of a torque none [cost]
     largest_sensitivity: float = 1e60  # of the basis functions; beyond, the trajectory is lost [digits]

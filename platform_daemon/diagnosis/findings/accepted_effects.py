@@ -16,12 +16,17 @@ from platform_daemon.diagnosis.regression.joint_fit import JointFit
 from platform_daemon.diagnosis.regression.score_test import ScoreTable, score_table
 from platform_daemon.diagnosis.selection.confounders import Confounder, confounders, gain_of, two_in_place
 from platform_daemon.diagnosis.selection.data_integrity import DataDefect
-from platform_daemon.diagnosis.selection.refits import lateness, own_log_chance, strengths_by_shot
+from platform_daemon.diagnosis.selection.refits import lateness, own_values
 from platform_daemon.diagnosis.selection.scales import scale_errors, spread_by_other_scales
 from platform_daemon.diagnosis.selection.significance import log_chance
 from platform_daemon.diagnosis.selection.stepwise import Selection
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
-from platform_daemon.diagnosis.validation.validated_effects import ReplacedEffects, held_out_gain_of, without
+from platform_daemon.diagnosis.validation.validated_effects import (
+    ReplacedEffects,
+    held_out_gain_of,
+    log_chance_of,
+    without,
+)
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.screening.spectral_lines import is_mains
 
@@ -79,14 +84,15 @@ def accepted_effects(
                 spread, log_scale_std = _scale_errors(c, final, found.base, pool)
                 std = math.hypot(std, spread)
             value, std = c.public(value, std, f_nat)
-            log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
+            log_p = log_chance_of(final, c, found, pool)
             rivals = confounders(table, c, pool)
             alike = tuple(r for r in rivals if r.indistinguishable)
             alike += () if angle else tuple(two_in_place(table, c, rivals, pool))
             alike += tuple(r for r in replaced.get(c.key, ()) if r.indistinguishable)
             alike += _not_excluded(found, c)
         else:
-            value, std, log_p = _own_strength(c, final, found.trials)
+            value, std = _own_strength(c, final)
+            log_p = log_chance_of(final, c, found, pool)
             alike = _named_alike(c)
         named.append(
             AcceptedEffect(
@@ -194,13 +200,10 @@ def _amplitude(values: np.ndarray, covariance: np.ndarray, *, pairs: bool) -> tu
     return (size, std) if pairs else (float(values[part][0]), std)
 
 
-def _own_strength(c: Candidate, final: JointFit, trials: float) -> tuple[float, float, float]:
-    """Rms amplitude over the shots of the strongest channel, its standard deviation, log chance."""
-    by_shot = strengths_by_shot(final, c)
-    sizes = np.array([_amplitude(v, np.linalg.inv(m) * final.noise_factor, pairs=True) for v, m in by_shot])
-    value = float(np.sqrt(np.mean(sizes[:, 0] ** 2)))
-    std = float(np.sqrt(np.mean(sizes[:, 1] ** 2) / len(by_shot)))
-    return value, std, own_log_chance(final, c, trials)
+def _own_strength(c: Candidate, final: JointFit) -> tuple[float, float]:
+    """Rms amplitude over the shots of the strongest channel, and its standard deviation."""
+    sizes = np.array([_amplitude(values, spread, pairs=True) for values, spread in own_values(final, c)])
+    return float(np.sqrt(np.mean(sizes[:, 0] ** 2))), float(np.sqrt(np.mean(sizes[:, 1] ** 2) / len(sizes)))
 
 
 def gap_effects(gaps: Sequence[DataDefect]) -> list[AcceptedEffect]:

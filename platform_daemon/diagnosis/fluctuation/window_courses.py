@@ -19,7 +19,7 @@ from .course_fit import CourseFit, fit_course
 
 
 def window_disagreement_of_courses(at: JointFit, pool: Executor) -> dict[str, float]:
-    """How many standard errors N50 - D30 is, by parameter, with the strengths of effects held.
+    """How significant N50 - D30 is, in standard deviations, by parameter, with the strengths of effects held.
 
     at: with courses.  Empty where no shot can be fitted in both windows.
     """

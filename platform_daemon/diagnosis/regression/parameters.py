@@ -166,19 +166,22 @@ class WindowDifference:
         return cls(value=float(differences.mean()), std=error, dof=dof)
 
     @property
-    def sigma(self) -> float:
-        """How many of its errors it is; infinite where the shots differ by exactly the same.
+    def errors(self) -> float:
+        """How many of its errors it is; infinite where the shots differ by exactly the same."""
+        if self.std > 0.0:
+            return abs(self.value) / self.std
+        return math.inf if self.value else 0.0
 
-        A scatter of few shots is known only roughly, so that several of its errors may be chance.  The number is that
-        of a normal distribution whose tail is as likely as that of Student's.
+    @property
+    def sigma(self) -> float:
+        """How significant it is, in standard deviations of a normal distribution.
+
+        A scatter of few shots is known only roughly, so that several of its errors may be chance: the number is that
+        whose tail is as likely as Student's.
         """
-        if not self.std > 0.0:
-            return math.inf
-        errors = abs(self.value) / self.std
-        if self.dof is None:
-            return errors
-        tail = max(float(student_t.sf(errors, self.dof)), sys.float_info.min)
-        return min(errors, float(norm.isf(tail)))
+        if self.dof is None or not 0.0 < self.errors < math.inf:
+            return self.errors
+        return float(norm.isf(max(float(student_t.sf(self.errors, self.dof)), sys.float_info.min)))
 
 
 def window_differences(at: JointFit, pool: Executor) -> dict[str, WindowDifference]:
@@ -197,7 +200,7 @@ def window_differences(at: JointFit, pool: Executor) -> dict[str, WindowDifferen
 
 
 def window_disagreement(at: JointFit, pool: Executor) -> dict[str, float]:
-    """|mean of N50 - D30| over its standard error, by parameter; see `window_differences`."""
+    """How significant N50 - D30 is, in standard deviations, by parameter; see `window_differences`."""
     return {name: one.sigma for name, one in window_differences(at, pool).items()}
 
 
@@ -218,7 +221,7 @@ def with_what_is_left(
         if std > THRESHOLDS.findings.noted_growth * m.std:
             by_scatter.append(name)
         apart = differences.get(name)
-        if apart is not None and apart.sigma > _LIMITS.windows_differ_sigma:
+        if apart is not None and apart.errors > _LIMITS.windows_differ_sigma:
             if abs(apart.value) > std:
                 by_windows.append(name)
             std = math.hypot(std, apart.value)

@@ -57,9 +57,10 @@ def manufacturing_error(base: JointFit, pool: Executor, *, leaving_noise: bool =
         return None
     most_chi2_per_dof = _LIMITS.given_up_chi2_per_dof if leaving_noise else _LIMITS.explained_chi2_per_dof
     try:
-        return _judged(base, _fitted(base, shots, most_chi2_per_dof, pool), pool)
+        fitted = _fitted(base, shots, most_chi2_per_dof, pool)
     except (RotorFitError, LostRotorError, NoRestError):
         return None
+    return _judged(base, fitted, pool)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,7 +119,8 @@ def _judged(base: JointFit, fitted: _Fitted, pool: Executor) -> ManufacturingErr
     quiet = best.chi2_per_dof < noise_chi2_per_dof and fitted.excess_sigma < _LIMITS.doubtful_sigma
     if not ((quiet and (sure or predicts)) or (sure and best.chi2_per_dof < _LIMITS.explained_chi2_per_dof)):
         return None
-    alike, wider = fitted.alike, max(samples, 1.0 if predicts else min(held_out.chi2_per_dof, _LIMITS.most_wider_chi2))
+    alike = fitted.alike
+    wider = max(samples, 1.0 if predicts else min(held_out.chi2_per_dof, _LIMITS.most_wider_chi2))
     if wider > 1.0:
         place = next(k for k, f in enumerate(alike) if f is best)
         alike = [_with_model_error(f, wider) for f in alike]

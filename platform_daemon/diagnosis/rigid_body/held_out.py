@@ -82,7 +82,7 @@ def _end(fit: RotorFit, first: RotorFit | None, pool: Executor) -> tuple[float, 
     except (NoRestError, LostRotorError):
         squares = data - data.mean(axis=1, keepdims=True)
         white = float(np.sum((squares / shot.sd[:, None]) ** 2))
-        return white, shot.square * data.size, float(np.sum(squares**2)), float(np.sum(data**2))
+        return white, shot.noise_share * data.size, float(np.sum(squares**2)), float(np.sum(data**2))
     left = data - model[:, n:]
     left = left - left.mean(axis=1, keepdims=True)
     white = left / shot.sd[:, None]
@@ -93,7 +93,7 @@ def _end(fit: RotorFit, first: RotorFit | None, pool: Executor) -> tuple[float, 
     known = _information(before @ before.T, free, first)
     g = end @ white.ravel()
     chi2 = float(np.sum(white**2)) - float(g @ np.linalg.solve(known + end @ end.T, g))
-    return chi2, shot.square * white.size, float(np.sum(left**2)), float(np.sum(data**2))
+    return chi2, shot.noise_share * white.size, float(np.sum(left**2)), float(np.sum(data**2))
 
 
 def _information(seen: Array, free: Sequence[FreeParameter], first: RotorFit | None) -> Array:

@@ -70,7 +70,7 @@ def rotor_shots(base: JointFit) -> list[RotorShot]:
                 values=values,
                 declared=_upright(rotation) if known.rotation is None else known.rotation,
                 start=known.start,
-                square=grid.dof / grid.count,
+                noise_share=grid.dof / grid.count,
             )
         )
     return shots

@@ -12,9 +12,10 @@ import numpy as np
 from platform_daemon.diagnosis.effects.effect import Candidate, Effect
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.information import solved
-from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly, starting_point
+from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly, starting_point, starting_strengths
 from platform_daemon.diagnosis.regression.score_test import CandidateBlock, ScoreTable
 from platform_daemon.diagnosis.thresholds import THRESHOLDS
+from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 from .refits import allowed_refit
@@ -53,13 +54,13 @@ def confounders(table: ScoreTable, effect: Candidate, pool: Executor) -> list[Co
 def _confounders(table: ScoreTable, effect: Candidate, pool: Executor) -> list[Confounder]:
     at = table.joint_fit
     gain = gain_of(at, effect)
-    found = []
+    found = list[tuple[Confounder, Array]]()
     for block in table.blocks:
-        rise = _exchange(table, effect, [block])
-        if rise is not None and rise < _LIMITS.refit_chi2 + _LIMITS.refit_share * gain:
-            found.append(Confounder(candidate=block.candidate, rise=rise, gain=gain))
-    found.sort(key=lambda r: r.rise)
-    checked = [_checked(at, effect, r, pool) for r in found[: _LIMITS.most_refits]]
+        exchanged = _exchange(table, effect, [block])
+        if exchanged is not None and exchanged[0] < _LIMITS.refit_chi2 + _LIMITS.refit_share * gain:
+            found.append((Confounder(candidate=block.candidate, rise=exchanged[0], gain=gain), exchanged[1]))
+    found.sort(key=lambda pair: pair[0].rise)
+    checked = [_checked(at, effect, *pair, pool) for pair in found[: _LIMITS.most_refits]]
     return sorted((r for r in checked if r is not None), key=lambda r: r.rise)
 
 
@@ -80,7 +81,7 @@ def two_in_place(table: ScoreTable, effect: Candidate, alone: Sequence[Confounde
             for b in table.blocks
             if _second(b, {*alike, rival.candidate.effect})
         ]
-        seconds = sorted(((rise, c) for rise, c in exchanged if rise is not None), key=lambda pair: pair[0])
+        seconds = sorted(((found[0], c) for found, c in exchanged if found is not None), key=lambda pair: pair[0])
         for _, second in seconds[: _LIMITS.second_torques]:
             if any(r.second is not None and r.candidate.effect is second.effect for r in found):
                 continue  # the same two, the other way round
@@ -101,7 +102,11 @@ def _second(block: CandidateBlock, others: Container[Effect]) -> bool:
 
 def _place(at: JointFit, effect: Candidate) -> slice:
     """Slice of its strengths."""
-    return next(s for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True) if c.key == effect.key)
+    return _slice_of(at.hypothesis, effect)
+
+
+def _slice_of(hypothesis: Hypothesis, effect: Candidate) -> slice:
+    return next(s for c, s in zip(hypothesis.common, hypothesis.slices, strict=True) if c.key == effect.key)
 
 
 def gain_of(at: JointFit, effect: Candidate) -> float:
@@ -113,8 +118,9 @@ def gain_of(at: JointFit, effect: Candidate) -> float:
     return float(value @ np.linalg.lstsq(at.covariance[where, where], value, rcond=None)[0]) / at.noise_factor
 
 
-def _exchange(table: ScoreTable, effect: Candidate, blocks: Sequence[CandidateBlock]) -> float | None:
-    """Rise of chi^2 if blocks take the effect's place, to first order; None if the rest absorbs them."""
+def _exchange(table: ScoreTable, effect: Candidate, blocks: Sequence[CandidateBlock]) -> tuple[float, Array] | None:
+    """Rise of chi^2 if blocks take the effect's place, and their strengths, to first order; None if the rest absorbs
+    them."""
     at = table.joint_fit
     replaced = range(*_place(at, effect).indices(table.accepted))
     kept = [k for k in range(table.accepted) if k not in replaced]
@@ -126,22 +132,30 @@ def _exchange(table: ScoreTable, effect: Candidate, blocks: Sequence[CandidateBl
     removed = table.information[:, list(replaced)] @ at.strengths[list(replaced)]
     gradient = (table.gradient + removed)[which]
     matrix = table.information[np.ix_(which, which)]
-    explained = float(gradient @ solved(matrix, gradient))
+    step = solved(matrix, gradient)
+    explained = float(gradient @ step)
     value = at.strengths[list(replaced)]
     whole = float(value @ table.information[np.ix_(list(replaced), list(replaced))] @ value)
     whole += 2.0 * float(value @ table.gradient[list(replaced)])
-    return (whole - explained) / at.noise_factor
+    return (whole - explained) / at.noise_factor, step[len(kept) :]
 
 
-def _checked(at: JointFit, effect: Candidate, rival: Confounder, pool: Executor) -> Confounder | None:
-    """The same by a refit."""
+def _checked(at: JointFit, effect: Candidate, rival: Confounder, strengths: Array, pool: Executor) -> Confounder | None:
+    """The same by a refit; strengths: of the rival, to first order."""
     hypothesis: Hypothesis = at.hypothesis.without(next(c for c in at.hypothesis.effects if c.key == effect.key)).plus(
         rival.candidate
     )
+    apart = _LIMITS.told_apart_chi2
+    worth = at.chi2 + apart * at.noise_factor
     try:
-        worth = at.chi2 + _LIMITS.told_apart_chi2 * at.noise_factor
         found = fit_jointly(at.prepared, hypothesis, pool, *starting_point(at, hypothesis), worth)
-        if found.chi2 - at.chi2 > max(rival.gain, _LIMITS.told_apart_chi2) * at.noise_factor:
+        if rival.rise < apart and found.chi2 > worth:
+            # The course of a friction makes up for the missing effect before its rival has grown, and may lead astray.
+            begun = starting_strengths(at, hypothesis)
+            begun[_slice_of(hypothesis, rival.candidate)] = strengths
+            again = fit_jointly(at.prepared, hypothesis, pool, at.states, begun, worth)
+            found = min(found, again, key=lambda fit: fit.chi2)
+        if found.chi2 - at.chi2 > max(rival.gain, apart) * at.noise_factor:
             # A fit worse than without any effect missed the minimum: it starts again from the shots' own fits.
             found = fit_jointly(at.prepared, hypothesis, pool, worth=worth)
         found = without_gain_of_energy(found, pool)

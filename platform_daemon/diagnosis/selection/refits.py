@@ -19,7 +19,6 @@ from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
 from .sign_constraints import without_gain_of_energy
-from .significance import log_chance
 
 _LIMITS = THRESHOLDS.selection
 
@@ -174,22 +173,19 @@ def own_gain(at: JointFit, candidate: Candidate, pool: Executor) -> OwnGain:
     return OwnGain(sum(p[0] for p in parts), factor, sum(p[3] for p in parts))
 
 
-def strengths_by_shot(at: JointFit, effect: Candidate) -> list[tuple[Array, Array]]:
-    """Of an accepted effect of every shot's own, beside the other such effects: values (k,), information (k, k)."""
+def own_values(at: JointFit, effect: Candidate) -> list[tuple[Array, Array]]:
+    """Of an accepted effect of every shot's own: values (k,) and their covariance (k, k), of each shot.
+
+    Beside the other such effects; the motion's parameters and the common effects stay as they were fitted.
+    """
     found = []
     for linear in at.linear:
         assert effect.columns is not None
         here = linear.linearisation
+        shared = at.hypothesis.additive_part(at.strengths, at.hypothesis.shared_columns(here))
         columns = here.white(effect.columns(here)).T
         others = [here.white(o.columns(here)).T for o in at.hypothesis.own if o is not effect and o.columns]
-        wide = np.concatenate([columns, *others], axis=1)
-        values = np.linalg.lstsq(wide, here.whitened, rcond=None)[0][: columns.shape[1]]
-        found.append((values, columns.T @ columns))
+        wide, size = np.concatenate([columns, *others], axis=1), columns.shape[1]
+        values = np.linalg.lstsq(wide, here.whitened - shared, rcond=None)[0][:size]
+        found.append((values, at.noise_factor * np.linalg.pinv(wide.T @ wide)[:size, :size]))
     return found
-
-
-def own_log_chance(at: JointFit, effect: Candidate, trials: float) -> float:
-    """Logarithm of the chance that an accepted effect of every shot's own is noise; trials: places that were tried."""
-    by_shot = strengths_by_shot(at, effect)
-    gain = sum(float(values @ information @ values) for values, information in by_shot)
-    return log_chance(gain / at.noise_factor, sum(v.size for v, _ in by_shot), trials * effect.trials)

@@ -278,6 +278,7 @@ class StepwiseSearch:
                 least, banned = _compared_chi2(fit), () if allowed else tuple(fit.hypothesis.effects)
             if allowed and (better is None or _compared_chi2(fit) < _compared_chi2(better)):
                 better = fit
+            del fit  # before the next one
         if better is None:
             return None, banned
         fall = (best.chi2 - better.chi2) / better.noise_factor

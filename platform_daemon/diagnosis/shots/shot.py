@@ -141,9 +141,9 @@ def grids_for(record: RingDownRecord, last: int, frequency_hz: float) -> tuple[S
 
 
 def even_grid(record: RingDownRecord, frequency_hz: float) -> SampleGrid:
-    """One grid of the valid samples, decimated by a filter so short that a millisecond is lost at either end.
+    """One grid of the valid samples, decimated by a filter so short that a quarter of a swing is lost at either end.
 
-    frequency_hz: of the fundamental.
+    frequency_hz: of the fundamental; a record hardly longer than the filter keeps every sample.
     """
     every = SampleGrid.every_sample(record)
     factor = int(record.sampling_rate_hz / (2.0 * _LIMITS.even_nyquist * frequency_hz))
@@ -151,7 +151,8 @@ def even_grid(record: RingDownRecord, frequency_hz: float) -> SampleGrid:
         return every
     taps = _low_pass(record.sampling_rate_hz, factor, frequency_hz)
     half = taps.size // 2
-    return SampleGrid(factor, -(-(every.first + half) // factor), (every.last - 1 - half) // factor + 1, taps)
+    first, last = -(-(every.first + half) // factor), (every.last - 1 - half) // factor + 1
+    return SampleGrid(factor, first, last, taps) if last - first > taps.size else every
 
 
 def band_sd(noise: NoiseModel, frequency_hz: float, rate_hz: float) -> Array:

@@ -14,7 +14,7 @@ from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly
 from platform_daemon.diagnosis.regression.score_test import ScoreTable
 from platform_daemon.diagnosis.selection.amplitude_laws import is_timed, time_is_doubtful
 from platform_daemon.diagnosis.selection.confounders import Confounder, confounders, gain_of
-from platform_daemon.diagnosis.selection.refits import own_log_chance
+from platform_daemon.diagnosis.selection.refits import own_values
 from platform_daemon.diagnosis.selection.sign_constraints import without_gain_of_energy
 from platform_daemon.diagnosis.selection.significance import log_chance
 from platform_daemon.diagnosis.selection.stepwise import Selection
@@ -38,6 +38,8 @@ def validate_effects(
     (table, replaced), dropped = _best_predicting(_still_sure(found, pool), pool), []
     if replaced:
         table = _still_sure(replace(found, best=table.joint_fit, score_table=table), pool).score_table
+        left = {c.key for c in table.joint_fit.hypothesis.effects}
+        replaced = {key: others for key, others in replaced.items() if key in left}
     after = cross_validate(table.joint_fit, pool) if table.joint_fit.hypothesis.effects else before
     while table.joint_fit.hypothesis.effects:
         at = table.joint_fit
@@ -55,22 +57,36 @@ def validate_effects(
 def _still_sure(found: Selection, pool: Executor) -> Selection:
     """Without effects that are no longer significant given those that were found later.
 
-    Lines near the motion's own frequency stand for it until the effect of the motion is found.
+    Lines near the motion's own frequency stand for an effect on the motion until that is found, so that of effects
+    that are alike insignificant a shot's own goes first.
     """
     best = found.best
     while best.hypothesis.effects:
-        chances = {c.key: _log_chance(best, c, found.trials) for c in best.hypothesis.effects}
-        worst = max(best.hypothesis.effects, key=lambda c: chances[c.key])
+        chances = {c.key: log_chance_of(best, c, found, pool) for c in best.hypothesis.effects}
+        worst = max(best.hypothesis.effects, key=lambda c: (chances[c.key], c in best.hypothesis.own))
         if chances[worst.key] < _LIKELY:
             break
-        best = without(best, worst, found.base, pool)
+        try:
+            best = without(best, worst, found.base, pool)
+        except (LostTrajectoryError, np.linalg.LinAlgError):  # it is needed to follow the motion
+            break
     return found if best is found.best else replace(found, best=best, score_table=found.score_table_of(best))
 
 
-def _log_chance(at: JointFit, effect: Candidate, trials: float) -> float:
-    if effect in at.hypothesis.own:
-        return own_log_chance(at, effect, trials)
-    return log_chance(gain_of(at, effect), effect.size, trials * effect.trials)
+def log_chance_of(at: JointFit, effect: Candidate, found: Selection, pool: Executor) -> float:
+    """Logarithm of the chance that noise alone gains as much as an accepted effect does as the last one.
+
+    found: the search, which tells how much was tried.
+    """
+    trials = found.trials * effect.trials
+    if effect not in at.hypothesis.own:
+        return log_chance(gain_of(at, effect), effect.size, trials)
+    # Its columns may nearly be those of the motion, so that what they hold is not what they gain.
+    try:
+        fall = without(at, effect, found.base, pool).chi2 - at.chi2
+    except (LostTrajectoryError, np.linalg.LinAlgError):
+        return -math.inf
+    return log_chance(fall / at.noise_factor, sum(values.size for values, _ in own_values(at, effect)), trials)
 
 
 def _best_predicting(found: Selection, pool: Executor) -> tuple[ScoreTable, ReplacedEffects]:
@@ -81,7 +97,7 @@ def _best_predicting(found: Selection, pool: Executor) -> tuple[ScoreTable, Repl
         look_alikes = [
             r
             for r in confounders(table, effect, pool)
-            if r.indistinguishable and _sure(r, found.trials) and not (doubtful and is_timed(r.candidate))
+            if r.indistinguishable and _sure(r, found, pool) and not (doubtful and is_timed(r.candidate))
         ]
         if not look_alikes:
             continue
@@ -98,9 +114,9 @@ def _best_predicting(found: Selection, pool: Executor) -> tuple[ScoreTable, Repl
     return table, replaced
 
 
-def _sure(rival: Confounder, trials: float) -> bool:
+def _sure(rival: Confounder, found: Selection, pool: Executor) -> bool:
     """True if the look-alike itself is significant after correction for all places that were searched."""
-    return rival.joint_fit is not None and _log_chance(rival.joint_fit, rival.candidate, trials) < _LIKELY
+    return rival.joint_fit is not None and log_chance_of(rival.joint_fit, rival.candidate, found, pool) < _LIKELY
 
 
 def _worse(rival: Confounder, first: CrossValidation, pool: Executor) -> float:

@@ -72,8 +72,8 @@ class RotorShot:
 
     samples: dm/dt, (3, n) A m^2/s, world axes, the first one `drive.rx_start_s` after the start of the drive; sd: (3,)
     of white noise with the density that theirs has; values: start values; declared: (3, 3) orientation as the recording
-    states it; start: in which state the motion begins, "free" with NO_DRIVE; square: of their noise over that of such
-    white noise, less than 1 where a filter takes some of it.
+    states it; start: in which state the motion begins, "free" with NO_DRIVE; noise_share: expected square of a sample's
+    noise in units of sd^2, less than 1 where a filter has taken some of it.
     """
 
     samples: Array
@@ -84,7 +84,7 @@ class RotorShot:
     values: RotorValues
     declared: Array
     start: Start = "rest"
-    square: float = 1.0
+    noise_share: float = 1.0
 
     def count(self, window_s: float) -> int:
         """Samples in a window from the first one."""
@@ -184,19 +184,24 @@ def all_linearised(
 
     Raises NoRestError, LostRotorError.
     """
-    rows = [(shot, v, _with_own_motion(shot, p), p) for shot, v, p in zip(shots, values, free, strict=True)]
+    rows = list(zip(shots, values, free, strict=True))
     for k in range(0, len(rows), LIMITS.shots_at_once):
-        batch = rows[k : k + LIMITS.shots_at_once]
-        begun = [pool.submit(_motion, shot, v, moved, p, window_s) for shot, v, moved, p in batch]
-        motions, waiting = [], []
-        for (shot, v, moved, _), future in zip(batch, begun, strict=True):
-            motion = future.result()
-            groups = [moved[j : j + LANES] for j in range(LANES - 1, len(moved), LANES)]
-            waiting.append([pool.submit(_columns, shot, v, group, motion) for group in groups])
-            motions.append(motion)
-        begun.clear()
-        for shot, v, _, p in batch:
-            yield _put_together(shot, v, p, motions.pop(0), waiting.pop(0))
+        yield from _batch(rows[k : k + LIMITS.shots_at_once], window_s, pool)
+
+
+def _batch(
+    rows: Sequence[tuple[RotorShot, RotorValues, Sequence[FreeParameter]]], window_s: float, pool: Executor
+) -> Iterator[Linearised]:
+    """Of some shots, all beside each other.  Raises NoRestError, LostRotorError."""
+    moved = [_with_own_motion(shot, free) for shot, _, free in rows]
+    begun = [pool.submit(_motion, *row[:2], own, row[2], window_s) for row, own in zip(rows, moved, strict=True)]
+    motions, waiting = [], []
+    for (shot, v, _), own in zip(rows, moved, strict=True):
+        motions.append(begun.pop(0).result())
+        groups = [own[j : j + LANES] for j in range(LANES - 1, len(own), LANES)]
+        waiting.append([pool.submit(_columns, shot, v, group, motions[-1]) for group in groups])
+    for shot, v, free in rows:
+        yield _put_together(shot, v, free, motions.pop(0), waiting.pop(0))
 
 
 def _put_together(
@@ -216,7 +221,7 @@ def _put_together(
         columns @ columns.T,
         columns @ residual,
         float(residual @ residual),
-        shot.square * residual.size,
+        shot.noise_share * residual.size,
         columns.astype(np.float32),
         residual,
     )

@@ -1,4 +1,4 @@
-"""A driven thread's shot is decimated for the fit of its rotor, and compared with one angle at the latter's instants."""
+"""A driven thread's shot is decimated for the fit of its rotor; with one angle it is compared as that is judged."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -44,7 +44,7 @@ def test_the_true_rotor_leaves_noise_of_the_decimated_shot_and_of_the_instants_o
     fit, shot, values = shots_of("thread", THREAD, DRIVE)
     assert shot.samples.shape[1] < SAMPLES / 5
     left = shot.residual(values, math.inf)
-    assert float(left @ left) == pytest.approx(shot.square * left.size, rel=5.0 / math.sqrt(left.size))
+    assert float(left @ left) == pytest.approx(shot.noise_share * left.size, rel=5.0 / math.sqrt(left.size))
     rotor = SimpleNamespace(fit=SimpleNamespace(shots=(shot,), values=(values,)))
     (chi2,) = chi2_beside_one_angle(rotor, fit)
     dof = fit.prepared[0].dof

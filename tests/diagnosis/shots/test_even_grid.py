@@ -42,3 +42,8 @@ def test_a_slow_record_keeps_every_sample():
     slow = RingDownRecord(np.zeros((3, 900)), 20.0 * SWING_HZ, "dmdt", valid_from=5)
     assert even_grid(slow, SWING_HZ) == SampleGrid.every_sample(slow)
     assert even_grid(slow, SWING_HZ).of(slow.samples).shape == (3, 895)
+
+
+def test_a_record_as_short_as_the_filter_keeps_every_sample():
+    short = RingDownRecord(np.zeros((3, 400)), RATE_HZ, "dmdt", valid_from=5)
+    assert even_grid(short, SWING_HZ) == SampleGrid.every_sample(short)

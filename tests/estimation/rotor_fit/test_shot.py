@@ -9,7 +9,8 @@ import pytest
 from platform_daemon.estimation.physics.rigid_rotor.motions import motions_beside
 from platform_daemon.estimation.physics.rigid_rotor.rotor import NO_DRIVE, LostRotorError
 from platform_daemon.estimation.rotor_fit.parameters import free_parameters
-from platform_daemon.estimation.rotor_fit.shot import linearised, residuals
+from platform_daemon.estimation.rotor_fit.shot import all_linearised, linearised, residuals
+from platform_daemon.estimation.thresholds import THRESHOLDS
 from tests.kit.rotor_shots import RATE_HZ, shot_of
 
 
@@ -64,3 +65,14 @@ def test_columns_that_take_no_motion_of_their_own_are_what_small_changes_make(na
         low, high = (shot.residual(replace(shot.values, **{parameter: at + s * h}), 1.0) for s in (-1, 1))
         slope = (low - high) / (2.0 * h)
         assert np.abs(by_name[parameter] - slope).max() < 2e-3 * np.abs(slope).max(), parameter
+
+
+def test_shots_of_more_than_one_batch_are_linearised_in_their_order(pool):
+    shots = [shot_of("thread", 200 + 50 * k, (2e-4, 0.0, 0.0)) for k in range(THRESHOLDS.rigid_rotor.shots_at_once + 2)]
+    free = [free_parameters(s.geometry, (), s.start)[:5] for s in shots]
+    together = list(all_linearised(shots, [s.values for s in shots], free, 1.0, pool))
+    for shot, own, found in zip(shots, free, together, strict=True):
+        alone = linearised(shot, shot.values, own, 1.0, pool)
+        assert found.expected == 3 * shot.samples.shape[1]
+        np.testing.assert_array_equal(found.matrix, alone.matrix)
+        np.testing.assert_array_equal(found.gradient, alone.gradient)
