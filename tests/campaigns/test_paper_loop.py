@@ -72,8 +72,19 @@ def test_effects_differ_and_are_those_of_their_bearing(variant):
 
 
 @pytest.mark.campaign
-def test_a_jewel_with_a_effect_is_judged():
+def test_a_jewel_with_an_effect_is_judged():
     row = diagnosed_resonator("jewel", 1, 2)
     assert row.named
     assert row.agrees
     assert "agrees 1" in row.text()
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize(("variant", "seed"), [("jewel", 20), ("thread", 19)])
+def test_what_was_wrong_of_drawn_effects_is_right(variant, seed):
+    """m_r of the jewel did not span a gain of y, which is one of x; the thread's gain left lines that stood for it."""
+    row = diagnosed_resonator(variant, seed, 3)
+    assert row.named
+    assert row.agrees
+    assert not row.false
+    assert row.farthest[0] < 3.0
