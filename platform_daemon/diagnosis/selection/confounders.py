@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -153,8 +154,9 @@ def _checked(at: JointFit, effect: Candidate, rival: Confounder, strengths: Arra
             # The course of a friction makes up for the missing effect before its rival has grown, and may lead astray.
             begun = starting_strengths(at, hypothesis)
             begun[_slice_of(hypothesis, rival.candidate)] = strengths
-            again = fit_jointly(at.prepared, hypothesis, pool, at.states, begun, worth)
-            found = min(found, again, key=lambda fit: fit.chi2)
+            with suppress(LostTrajectoryError, np.linalg.LinAlgError):
+                again = fit_jointly(at.prepared, hypothesis, pool, at.states, begun, worth)
+                found = min(found, again, key=lambda fit: fit.chi2)
         if found.chi2 - at.chi2 > max(rival.gain, apart) * at.noise_factor:
             # A fit worse than without any effect missed the minimum: it starts again from the shots' own fits.
             found = fit_jointly(at.prepared, hypothesis, pool, worth=worth)

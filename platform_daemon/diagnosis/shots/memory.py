@@ -14,7 +14,7 @@ def give_large_arrays_back() -> None:
     """From now on large arrays of this process go back to the operating system once they are freed.
 
     glibc puts arrays of up to 32 MB into heaps of its own, one for each thread, whose holes it keeps: of twelve shots
-    of 5 s a third of the memory was such holes.  A fresh array costs more time for it, a tenth of that diagnosis.  With
+    of 5 s a fifth of the memory was such holes.  A fresh array costs more time for it, a tenth of that diagnosis.  With
     another C library nothing happens.
     """
     if sys.platform != "linux":

@@ -14,7 +14,6 @@ from platform_daemon.diagnosis.regression.joint_fit import JointFit, fit_jointly
 from platform_daemon.diagnosis.regression.score_test import ScoreTable
 from platform_daemon.diagnosis.selection.amplitude_laws import is_timed, time_is_doubtful
 from platform_daemon.diagnosis.selection.confounders import Confounder, confounders, gain_of
-from platform_daemon.diagnosis.selection.refits import own_values
 from platform_daemon.diagnosis.selection.sign_constraints import without_gain_of_energy
 from platform_daemon.diagnosis.selection.significance import log_chance
 from platform_daemon.diagnosis.selection.stepwise import Selection
@@ -82,11 +81,12 @@ def log_chance_of(at: JointFit, effect: Candidate, found: Selection, pool: Execu
     if effect not in at.hypothesis.own:
         return log_chance(gain_of(at, effect), effect.size, trials)
     # Its columns may nearly be those of the motion, so that what they hold is not what they gain.
+    assert effect.columns is not None
     try:
         fall = without(at, effect, found.base, pool).chi2 - at.chi2
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return -math.inf
-    return log_chance(fall / at.noise_factor, sum(values.size for values, _ in own_values(at, effect)), trials)
+    return log_chance(fall / at.noise_factor, sum(len(effect.columns(a.linearisation)) for a in at.linear), trials)
 
 
 def _best_predicting(found: Selection, pool: Executor) -> tuple[ScoreTable, ReplacedEffects]:

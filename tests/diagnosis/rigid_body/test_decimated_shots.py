@@ -1,41 +1,26 @@
 """A driven thread's shot is decimated for the fit of its rotor; with one angle it is compared as that is judged."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from platform_daemon.diagnosis.findings.rotor_findings import chi2_beside_one_angle
-from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
-from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.rigid_body.rotor_shots import rotor_shots
-from platform_daemon.diagnosis.shots.initial_fits import initial_fits
-from platform_daemon.diagnosis.shots.shot import DiagnosisShot
-from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.physics.models import JEWEL, THREAD
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
-from platform_daemon.estimation.record import RingDownRecord
-from platform_daemon.estimation.rotor_fit.shot import RotorContext
 from tests.kit.estimated_rotors import true_rotor
+from tests.kit.one_angle import one_angle_of
 from tests.kit.rigid_rotors import rigid_specimen
 
 RATE_HZ, SAMPLES, LATE = 61035.15625, 30000, 40
-SD = np.array([14e-3, 21e-3, 55e-3])
 DRIVE = CoilDrive(field_t=(2.4e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=0.047, rx_start_s=0.058)
 
 
 def shots_of(bearing, model, drive):
     """(one angle's fit, the rotor's shot, its true values) of a perfect rotor whose first samples are not valid."""
     rotor = true_rotor(rigid_specimen(bearing, [0.0, 0.0, -9.81], 5.0), DRIVE)
-    noise = np.random.default_rng(3).normal(size=(3, SAMPLES)) * SD[:, None]
-    record = RingDownRecord(rotor.dm_dt(SAMPLES, RATE_HZ)[0] + noise, RATE_HZ, "dmdt", valid_from=LATE)
-    known = RotorContext(geometry=rotor.geometry, drive=drive, rotation=None)
-    shot = DiagnosisShot("a.h5 frame 0", record, NoiseModel.white(SD, RATE_HZ), rotor=known)
-    prepared, _ = initial_fits([shot], model, None)
-    with ThreadPoolExecutor(1) as pool:
-        fit = fit_jointly(prepared, Hypothesis(model), pool)
+    fit = one_angle_of(rotor, model, drive, samples=SAMPLES, rate_hz=RATE_HZ, late=LATE)
     (found,) = rotor_shots(fit)
     return fit, found, rotor.values
 

@@ -1,27 +1,19 @@
 """Shots of a rotor whose drive and pose nobody knows: they begin as one angle has them at the first sample."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
-from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.rigid_body.rotor_shots import rotor_shots
-from platform_daemon.diagnosis.shots.initial_fits import initial_fits
-from platform_daemon.diagnosis.shots.shot import DiagnosisShot
-from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.physics.models import JEWEL
 from platform_daemon.estimation.physics.rigid_rotor.rotor import CoilDrive
 from platform_daemon.estimation.physics.rotation import HALF_TURN_ABOUT_U
-from platform_daemon.estimation.record import RingDownRecord
-from platform_daemon.estimation.rotor_fit.shot import RotorContext
 from tests.kit.estimated_rotors import true_rotor
+from tests.kit.one_angle import one_angle_of
 from tests.kit.rigid_rotors import rigid_specimen
 
 RATE_HZ, SAMPLES, LATE = 12000.0, 6000, 40
-SD = np.array([14e-3, 21e-3, 55e-3])
 DRIVE = CoilDrive(field_t=(4e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, duration_s=0.047, rx_start_s=0.058)
 
 
@@ -29,13 +21,7 @@ DRIVE = CoilDrive(field_t=(4e-4, 0.0, 0.0), frequency_hz=212.0, phase_rad=0.0, d
 def base():
     """One angle's fit of a perfect jewel, whose first samples are not valid."""
     rotor = true_rotor(rigid_specimen("jewel", [0.0, 0.0, -9.81], 5.0), DRIVE)
-    noise = np.random.default_rng(3).normal(size=(3, SAMPLES)) * SD[:, None]
-    record = RingDownRecord(rotor.dm_dt(SAMPLES, RATE_HZ)[0] + noise, RATE_HZ, "dmdt", valid_from=LATE)
-    known = RotorContext(geometry=rotor.geometry, drive=None, rotation=None)
-    shot = DiagnosisShot("a.h5 frame 0", record, NoiseModel.white(SD, RATE_HZ), rotor=known)
-    prepared, _ = initial_fits([shot], JEWEL, None)
-    with ThreadPoolExecutor(1) as pool:
-        return fit_jointly(prepared, Hypothesis(JEWEL), pool), rotor
+    return one_angle_of(rotor, JEWEL, None, samples=SAMPLES, rate_hz=RATE_HZ, late=LATE), rotor
 
 
 @pytest.mark.parametrize("turned", [False, True])
